@@ -144,6 +144,9 @@ Status write_files(const CalibrateOptions& options, const TargetCalibration& cal
 }
 
 Status draw_target(const CalibrateOptions& options) {
+  if (Status free = check_same_kind(options.draw, {"drawing of a target", &is_target_svg}); !free) {
+    return free;
+  }
   return parse_target(options.target).and_then(target_svg).and_then([&options](const std::string& svg) {
     return replace_file(options.draw, svg);
   });

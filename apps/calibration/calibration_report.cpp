@@ -2,7 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/core/files.hpp"
+#include "kinetrace/imaging/image_info.hpp"
 #include "report_text.hpp"
 
 namespace kinetrace::calibration {
@@ -82,6 +84,21 @@ Json views_json(const TargetCalibration& calibration, const ViewCollector& views
           {"farthest_m", assessment.farthest_m}};
 }
 
+// Files of an earlier calibration are replaced, others of these names are not.
+Status check_places(const std::filesystem::path& folder) {
+  using Path = std::filesystem::path;
+  return first_failure({hal::check_calibration_place(folder / "calibration.yaml", hal::CalibrationFormat::kOpencv),
+                        hal::check_calibration_place(folder / "camchain.yaml", hal::CalibrationFormat::kKalibr),
+                        check_same_kind(folder / "calibration.json", {"report of a calibration",
+                                                                      [](const Path& path) {
+                                                                        return begins_with(path, "{\n  \"images\": ") ||
+                                                                               begins_with(path, "{\n  \"method\": ");
+                                                                      }}),
+                        check_same_kind(folder / "calibration.png", {"picture of a calibration", [](const Path& path) {
+                                                                       return imaging::is_png(path.c_str(), 3, 8);
+                                                                     }})});
+}
+
 }  // namespace
 
 std::vector<std::string> report_lines(const TargetCalibration& calibration) {
@@ -148,8 +165,8 @@ Result<OutputFolder> OutputFolder::make(const std::filesystem::path& folder) {
                                     "; name another folder for the calibration");
   }
   OutputFolder made(is_new ? folder : std::filesystem::path());
-  if (const Status replaceable = check_replaceable(folder / "calibration.yaml"); !replaceable) {
-    return Unexpected(replaceable.error());
+  if (const Status free = check_places(folder); !free) {
+    return Unexpected(free.error());
   }
   return made;
 }

@@ -37,7 +37,8 @@ struct ReportSource {
 /// again by the destructor.
 class OutputFolder {
  public:
-  /// Also checks that files can be written into it. Errors: kIo.
+  /// Also checks that files can be written into it, and replace those of an earlier calibration only. Errors: kIo,
+  /// kOccupied.
   [[nodiscard]] static Result<OutputFolder> make(const std::filesystem::path& folder);
   OutputFolder(OutputFolder&& other) noexcept : made_(std::exchange(other.made_, {})) {}
   OutputFolder& operator=(OutputFolder&&) = delete;

@@ -68,9 +68,7 @@ class CharucoDetector final : public TargetDetector {
 Result<std::unique_ptr<TargetDetector>> make_charuco_detector(const Target& target) {
   const auto dictionary = dictionary_number(target.dictionary);
   if (!dictionary) {
-    return fail(ErrorCode::kInvalidArgument,
-                "unknown dictionary '" + target.dictionary +
-                    "'; use OpenCV's names: DICT_4X4_100, DICT_5X5_250, DICT_6X6_250, ...");
+    return Unexpected(dictionary.error());
   }
   return std::make_unique<CharucoDetector>(target, *dictionary);
 }

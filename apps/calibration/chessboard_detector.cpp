@@ -14,7 +14,7 @@ using Points = std::vector<cv::Point2f>;
 class ChessboardDetector final : public TargetDetector {
  public:
   explicit ChessboardDetector(const Target& target)
-      : size_(target.columns, target.rows), looks_the_same_(target.columns % 2 == target.rows % 2) {}
+      : size_(target.columns, target.rows), is_symmetric_(target.columns % 2 == target.rows % 2) {}
 
   std::vector<Corner> detect(GrayView image) override { return numbered(find(image)); }
 
@@ -24,7 +24,7 @@ class ChessboardDetector final : public TargetDetector {
       return {};
     }
     Points in_right = find(right);
-    if (looks_the_same_ && !in_right.empty() && along(in_left).dot(along(in_right)) < 0) {
+    if (is_symmetric_ && !in_right.empty() && along(in_left).dot(along(in_right)) < 0) {
       std::reverse(in_right.begin(), in_right.end());
     }
     return {.left = numbered(in_left), .right = numbered(in_right)};
@@ -38,7 +38,7 @@ class ChessboardDetector final : public TargetDetector {
       return {};
     }
     refine(image, points);
-    if (!looks_the_same_ && is_upside_down(image, points)) {
+    if (!is_symmetric_ && is_upside_down(image, points)) {
       std::reverse(points.begin(), points.end());
     }
     return points;
@@ -97,7 +97,7 @@ class ChessboardDetector final : public TargetDetector {
   }
 
   cv::Size size_;
-  bool looks_the_same_;  ///< When rotated by 180 degrees.
+  bool is_symmetric_;  ///< When rotated by 180 degrees.
 };
 
 }  // namespace

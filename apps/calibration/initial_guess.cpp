@@ -57,8 +57,8 @@ const Candidate* most_agreed(const std::vector<Candidate>& candidates) {
   for (const Candidate& candidate : candidates) {
     double sum = 0.0;
     for (const Candidate& other : candidates) {
-      constexpr double kElsewhere = 0.1;
-      sum += std::min(distance(candidate.T_right_left, other.T_right_left), kElsewhere);
+      constexpr double kTruncation = 0.1;
+      sum += std::min(distance(candidate.T_right_left, other.T_right_left), kTruncation);
     }
     if (sum < least) {
       least = sum;

@@ -4,6 +4,7 @@
 #include <apriltag/tag36h11.h>
 #include <array>
 #include <cstdlib>
+#include <string>
 
 #include <opencv2/core.hpp>
 // The dictionaries moved from OpenCV's contributed modules into objdetect.
@@ -26,13 +27,17 @@ constexpr std::array<std::string_view, 21> kDictionaries{
 
 }  // namespace
 
-std::optional<int> dictionary_number(std::string_view dictionary) {
+Result<int> dictionary_number(std::string_view dictionary) {
   for (std::size_t i = 0; i < kDictionaries.size(); ++i) {
     if (kDictionaries[i] == dictionary) {
       return static_cast<int>(i);
     }
   }
-  return std::nullopt;
+  std::string names;
+  for (const std::string_view name : kDictionaries) {
+    names.append(names.empty() ? "" : ", ").append(name);
+  }
+  return fail(ErrorCode::kInvalidArgument, "unknown dictionary '" + std::string(dictionary) + "'; there are: " + names);
 }
 
 namespace {

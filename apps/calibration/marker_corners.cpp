@@ -71,7 +71,7 @@ cv::Mat homography_of_corners(const Target& target, const std::vector<SeenMarker
 }
 
 // Rotates the marker's corner order to fit the board best; false if no order fits.
-bool turn_into_place(const Target& target, const cv::Mat& homography, SeenMarker& marker) {
+bool fix_corner_order(const Target& target, const cv::Mat& homography, SeenMarker& marker) {
   const auto corners = board_corners(*marker_of(target, marker.id));
   Points predicted;
   cv::perspectiveTransform(Points(corners.begin(), corners.end()), predicted, homography);
@@ -194,7 +194,7 @@ std::vector<SeenMarker> consistent_markers(const Target& target, std::vector<See
   if (homography.empty()) {
     return {};
   }
-  std::erase_if(markers, [&](SeenMarker& marker) { return !turn_into_place(target, homography, marker); });
+  std::erase_if(markers, [&](SeenMarker& marker) { return !fix_corner_order(target, homography, marker); });
   if (markers.size() < 2) {
     return {};
   }

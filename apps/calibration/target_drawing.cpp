@@ -4,10 +4,13 @@
 #include <array>
 #include <cstdio>
 
+#include "kinetrace/core/files.hpp"
 #include "marker_bits.hpp"
 
 namespace kinetrace::calibration {
 namespace {
+
+constexpr const char* kSvgBegin = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"";
 
 // The top left square is black, except on boards that begin with a marker.
 void add_squares(const Target& target, std::vector<BlackRectangle>& black) {
@@ -66,6 +69,11 @@ Result<std::vector<BlackRectangle>> black_rectangles(const Target& target) {
   if (target.kind != TargetKind::kAprilGrid) {
     add_squares(target, black);
   }
+  if (target.kind == TargetKind::kCharuco) {
+    if (const Result<int> known = dictionary_number(target.dictionary); !known) {
+      return Unexpected(known.error());
+    }
+  }
   for (const Marker& marker : target.markers) {
     if (!add_marker(target, marker, black)) {
       return fail(ErrorCode::kInvalidArgument, target.dictionary + " has no marker " + std::to_string(marker.id) +
@@ -94,11 +102,10 @@ Result<std::string> target_svg(const Target& target) {
   low -= Eigen::Vector2d::Constant(kMargin_m);
   const Eigen::Vector2d size = kMillimetres * (high + Eigen::Vector2d::Constant(kMargin_m) - low);
   std::array<char, 256> line{};
-  std::snprintf(
-      line.data(), line.size(),
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.3fmm\" height=\"%.3fmm\" viewBox=\"0 0 %.3f %.3f\">\n"
-      "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
-      size.x(), size.y(), size.x(), size.y());
+  std::snprintf(line.data(), line.size(),
+                "%s%.3fmm\" height=\"%.3fmm\" viewBox=\"0 0 %.3f %.3f\">\n"
+                "<rect width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
+                kSvgBegin, size.x(), size.y(), size.x(), size.y());
   std::string svg = line.data();
   for (const BlackRectangle& each : *black) {
     const Eigen::Vector2d from = kMillimetres * (each.from_m - low);
@@ -108,6 +115,10 @@ Result<std::string> target_svg(const Target& target) {
     svg += line.data();
   }
   return svg + "</svg>\n";
+}
+
+bool is_target_svg(const std::filesystem::path& path) {
+  return begins_with(path, kSvgBegin);
 }
 
 }  // namespace kinetrace::calibration

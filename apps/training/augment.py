@@ -64,7 +64,7 @@ def paste(picture: np.ndarray, instances: np.ndarray, other: np.ndarray, other_i
         instances[mask] = identity + _PASTED_IDS
 
 
-def disturb(picture: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> np.ndarray:
+def degrade(picture: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Other illumination, exposure and sensor, and occluders that are no instances; grey levels 0..1.
 
     Occluded pixels are removed from `instances`.

@@ -119,6 +119,6 @@ class Batches(torch.utils.data.Dataset):
             if random.random() < PASTED:
                 other = self._views[random.integers(len(self._views))]
                 augment.paste(picture, instances, *augment.cut(*other, height, width, random), random)
-            pictures.append(torch.from_numpy(augment.disturb(picture, instances, random)))
+            pictures.append(torch.from_numpy(augment.degrade(picture, instances, random)))
             objects.append(objects_in(instances))
         return Batch(torch.stack(pictures)[:, None], objects)

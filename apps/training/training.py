@@ -53,7 +53,7 @@ def learning_rate(progress: float) -> float:
     return PEAK_RATE * (0.01 + 0.99 * 0.5 * (1 + float(torch.cos(torch.tensor(torch.pi * falling)))))
 
 
-def follow(average: nn.Module, network: nn.Module, step: int) -> None:
+def update_average(average: nn.Module, network: nn.Module, step: int) -> None:
     """Moves the averaged weights towards the present ones; faster at first, when these change fast."""
     part = max(1 / AVERAGE_OVER_STEPS, 1 / (step / 4 + 1))
     for mean, now in zip(average.state_dict().values(), network.state_dict().values()):
@@ -128,7 +128,7 @@ def train(views: list[View], steps: int, checkpoint: pathlib.Path, model: pathli
         if step % SAVE_EVERY == 0 and step > first:
             save(checkpoint, state, step)
         found = train_step(state, batch, highest * learning_rate(step / steps))
-        follow(state.average, state.network, step)
+        update_average(state.average, state.network, step)
         if step % REPORT_EVERY == 0:
             print(f"step {step} after {(time.monotonic() - begin) / 60:.1f} min: score {found.score:.3f}, box {found.box:.3f}, "
                   f"mask {found.mask:.3f}", flush=True)

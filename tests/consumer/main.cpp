@@ -1,4 +1,4 @@
-// trajectories LAYOUT PATH: where what moves in a recording was, as rows of frame, object, x, y, z in metres.
+// trajectories LAYOUT PATH: a recording's moving objects, as rows of frame, object, x, y, z in metres.
 #include <cstdio>
 #include <cstdlib>
 #include <kinetrace/hal/file_stereo_camera.hpp>

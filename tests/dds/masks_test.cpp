@@ -171,10 +171,10 @@ TEST_F(MasksOverDds, ClientFailsWhereNoMasksCouldBeSentAtAll) {
 }
 
 /// Answers every request with the image of `answer`, while it exists.
-class Answerer {
+class ScriptedMaskServer {
  public:
   using Answer = std::function<publishing::MaskSender::Image(const MaskRequest&)>;
-  Answerer(int domain, Answer answer) : answer_(std::move(answer)) {
+  ScriptedMaskServer(int domain, Answer answer) : answer_(std::move(answer)) {
     publishing::PublishConfig config;
     config.domain = domain;
     link_ = publishing::Link::create(config).value();
@@ -188,9 +188,9 @@ class Answerer {
       }
     });
   }
-  Answerer(const Answerer&) = delete;
-  Answerer& operator=(const Answerer&) = delete;
-  ~Answerer() {
+  ScriptedMaskServer(const ScriptedMaskServer&) = delete;
+  ScriptedMaskServer& operator=(const ScriptedMaskServer&) = delete;
+  ~ScriptedMaskServer() {
     ends_ = true;
     thread_.join();
   }
@@ -203,7 +203,7 @@ class Answerer {
 };
 
 TEST_F(MasksOverDds, BadMessagesOfAnotherSenderSpoilNothing) {
-  const Answerer saboteur(domain_, [](const MaskRequest& request) {
+  const ScriptedMaskServer saboteur(domain_, [](const MaskRequest& request) {
     return publishing::MaskSender::Image{
         .frame_index = request.frame_index, .timestamp_ns = request.timestamp_ns, .width_px = 64, .height_px = 48};
   });
@@ -221,7 +221,7 @@ TEST_F(MasksOverDds, BadMessagesOfAnotherSenderSpoilNothing) {
 }
 
 TEST_F(MasksOverDds, MasksOfAnotherRunAreRefusedAndReported) {
-  const Answerer of_another_run(domain_, [](const MaskRequest& request) {
+  const ScriptedMaskServer of_another_run(domain_, [](const MaskRequest& request) {
     return publishing::MaskSender::Image{.frame_index = request.frame_index,
                                          .timestamp_ns = request.timestamp_ns - 1,
                                          .width_px = static_cast<int>(request.width_px),

@@ -126,6 +126,28 @@ TEST_F(Calibrate, RefusesWhatItDoesNotUseWithoutATarget) {
   }
 }
 
+TEST_F(Calibrate, AFileOfAnotherKindIsKept) {
+  const std::vector<std::uint8_t> black(std::size_t{320} * 240);
+  for (const char* image : {"left/000000.pgm", "left/000001.pgm", "right/000000.pgm", "right/000001.pgm"}) {
+    write_pgm(folder_.file(std::string("images/") + image), {black, 320, 240});
+  }
+  for (const char* name : {"calibration.yaml", "camchain.yaml", "calibration.json", "calibration.png"}) {
+    const std::string file = folder_.file(std::string("out/") + name);
+    std::ofstream(file) << "notes: mine\n";
+    expect_refusal(calibrate(kBoard, "radtan"), kCannotCreate, file + ": is there already");
+    EXPECT_EQ(text_of(file), "notes: mine\n");
+    std::filesystem::remove(file);
+  }
+  const std::string drawing = folder_.file("board.svg");
+  const auto draw = [&] { return run_kinetrace({"calibrate", "--target", kBoard, "--draw", drawing}); };
+  std::ofstream(drawing) << "K1: [1]\n";
+  expect_refusal(draw(), kCannotCreate, drawing + ": is there already, and is no drawing of a target");
+  EXPECT_EQ(text_of(drawing), "K1: [1]\n");
+  std::filesystem::remove(drawing);
+  EXPECT_EQ(draw().exit_code, 0);
+  EXPECT_EQ(draw().exit_code, 0) << "a drawing is replaced";
+}
+
 TEST_F(Calibrate, FindsARigFromAPartlyCoveredCharucoBoard) {
   record(kBoard, Lens::kRadialTangential, kGoodMotion, {.covered = 0.4});
   const ProgramResult result = calibrate(kBoard, "radtan");

@@ -89,7 +89,7 @@ TEST_F(Figure, NothingButAnEarlierPictureIsReplaced) {
                                const std::string& text) {
     const std::string kept = bytes(file);
     const ProgramResult result = figure(more);
-    EXPECT_EQ(result.exit_code, 64) << more[0];
+    EXPECT_EQ(result.exit_code, kCannotCreate) << more[0];
     EXPECT_THAT(result.err, HasSubstr(text));
     EXPECT_EQ(bytes(file), kept) << file;
   };
@@ -173,6 +173,9 @@ TEST_F(Figure, WrongUseIsSaidInOneLine) {
   expect({"figure", run, "--dataset", "nothing"}, 64, "LAYOUT:PATH");
   expect({"figure", run, "--dataset", "kitti-odometry:" + scratch_.path().string()}, 66, scratch_.path().string());
   expect({"figure", scratch_.path().string()}, 66, "run.json");
+  const std::string pictures = (scratch_.path() / "pictures").string();
+  expect({"figure", run, "--overlay", pictures, "--film", pictures + "/../pictures/"}, 64, "name two folders");
+  EXPECT_FALSE(std::filesystem::exists(pictures));
   expect({"figure", run, "--out", "/no/such/folder/x.png"}, 74, "/no/such/folder/x.png");
 }
 

@@ -1,4 +1,5 @@
 // Runs with a neural network, from outside.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -230,11 +231,11 @@ TEST_F(NetworkRun, SegmentWritesMasksAndPictures) {
 }
 
 TEST_F(NetworkRun, SegmentReplacesNeitherItsPicturesNorItsResults) {
-  const auto refused = [&](const std::vector<std::string>& pictures, const std::string& text) {
+  const auto refused = [&](const std::vector<std::string>& pictures, const std::string& text, int exit_code = kUsage) {
     std::vector<std::string> arguments{"segment", "--model", model(), "--out", out("results").string()};
     arguments.insert(arguments.end(), pictures.begin(), pictures.end());
     const ProgramResult result = run_kinetrace(arguments);
-    EXPECT_EQ(result.exit_code, 64) << result.err;
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
     EXPECT_THAT(result.err, HasSubstr(text));
   };
   refused({recording_.image(0, 0).string(), recording_.image(1, 0).string()}, "both would become");
@@ -243,6 +244,56 @@ TEST_F(NetworkRun, SegmentReplacesNeitherItsPicturesNorItsResults) {
   fs::create_directories(picture.parent_path());
   fs::copy_file(recording_.image(0, 0), picture);
   refused({picture.string()}, "a.png: would be replaced by its own result");
+  const fs::path notes = out("results") / "masks" / recording_.image(0, 0).filename();
+  fs::create_directories(notes.parent_path());
+  std::ofstream(notes) << "notes";
+  refused({recording_.image(0, 0).string()}, notes.string() + ": is there already, and is no image of masks",
+          kCannotCreate);
+  EXPECT_EQ(text_of(notes), "notes");
+}
+
+TEST_F(NetworkRun, SegmentFollowsTheSizeOfEachPicture) {
+  const fs::path yaml = scratch_.path() / "any_size.yaml";
+  std::ofstream(yaml) << "family: kinetrace-seg\nmodel: " << KINETRACE_MODELS << "/kinetrace-seg.onnx\n"
+                      << "input: {pixels: 131072}\nclasses: [white, red]\nuse: {white: vehicle, red: person}\n"
+                         "thresholds: {score: 0.5, overlap: 0.45}\n";
+  const auto segment = [&](const std::vector<std::string>& pictures, const char* results) {
+    std::vector<std::string> arguments{"segment", "--model", yaml.string(), "--out", out(results).string()};
+    arguments.insert(arguments.end(), pictures.begin(), pictures.end());
+    const ProgramResult result = run_kinetrace(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+  };
+  const std::string picture = recording_.image(0, 1).string();
+  recording_.write_image_of_size(0, 0, 100, 300);
+  recording_.write_image_of_size(0, 2, 4000, 1);
+  recording_.write_image_of_size(0, 3, 1, 4000);
+  segment({picture}, "alone");
+  segment({recording_.image(0, 0).string(), recording_.image(0, 2).string(), recording_.image(0, 3).string(), picture},
+          "among_others");
+  const fs::path name = recording_.image(0, 1).filename();
+  EXPECT_EQ(text_of(out("among_others") / "masks" / name), text_of(out("alone") / "masks" / name));
+}
+
+TEST_F(NetworkRun, SegmentSkipsADamagedPictureAndNamesIt) {
+  truncate_file(recording_.image(0, 1), 100);
+  const ProgramResult result =
+      run_kinetrace({"segment", recording_.image(0, 0).string(), recording_.image(0, 1).string(),
+                     recording_.image(0, 2).string(), "--model", model(), "--out", out("masks").string()});
+  EXPECT_EQ(result.exit_code, kBadData) << result.err;
+  EXPECT_THAT(result.err, HasSubstr(recording_.image(0, 1).string() + ": "));
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_TRUE(fs::exists(out("masks") / "masks" / recording_.image(0, 2).filename()));
+  EXPECT_FALSE(fs::exists(out("masks") / "masks" / recording_.image(0, 1).filename()));
+}
+
+TEST_F(NetworkRun, ATensorFlowFamilyWithAnOnnxFileIsNamed) {
+  const fs::path yaml = scratch_.path() / "rcnn.yaml";
+  std::ofstream(yaml) << "family: mask-rcnn\nmodel: " << KINETRACE_MODELS
+                      << "/yolov8-seg.onnx\nclasses: [white]\nuse: {white: vehicle}\n";
+  expect_refusal(run_kinetrace({"segment", recording_.image(0, 0).string(), "--model", yaml.string(), "--out",
+                                out("masks").string()}),
+                 kConfig, "family mask-rcnn takes a frozen graph of TensorFlow (.pb)");
+  EXPECT_FALSE(fs::exists(out("masks")));
 }
 
 TEST_F(NetworkRun, DoctorTimesIt) {

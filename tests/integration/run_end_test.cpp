@@ -3,6 +3,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 #include <unistd.h>
@@ -78,6 +79,27 @@ TEST_F(RunEnd, ACalibrationThatCouldNotBeSavedIsRefusedAtTheStart) {
     EXPECT_THAT(result.err, HasSubstr(place.string() + ": cannot be written"));
     EXPECT_FALSE(std::filesystem::exists(out_)) << "the run began";
   }
+}
+
+TEST_F(RunEnd, ACalibrationReplacesAnEarlierCalibrationOnly) {
+  std::filesystem::create_directories(out_);
+  const std::filesystem::path config = scratch_.path() / "config.yaml";
+  std::ofstream(config) << "calibration: {refine: check}\n";
+  std::ofstream(scratch_.path() / "kalibr.yaml")
+      << "cam0: {intrinsics: [1, 1, 1, 1]}\ncam1: {intrinsics: [1, 1, 1, 1]}\n";
+  for (const std::filesystem::path& place :
+       {recording_.calibration(), recording_.image(0, 0), config, scratch_.path() / "kalibr.yaml",
+        recording_.sequence() / "rig.yaml", out_ / "camera.tum"}) {
+    const std::string before = text_of(place);
+    const ProgramResult result =
+        run_kinetrace(run_arguments({"--config", config.string(), "--save-calibration", place.string()}));
+    expect_refusal(result, kCannotCreate, place.string());
+    EXPECT_EQ(text_of(place), before);
+    EXPECT_TRUE(std::filesystem::is_empty(out_)) << "the run began";
+  }
+  const std::filesystem::path rig = scratch_.path() / "rig.yaml";
+  std::ofstream(rig) << "%YAML:1.0\n---\nK1: [1]\nK2: [1]\nR: [1]\nT: [1]\n";
+  EXPECT_EQ(run_kinetrace(run_arguments({"--quiet", "--save-calibration", rig.string()})).exit_code, 0);
 }
 
 TEST_F(RunEnd, NohupKeepsARunAlive) {

@@ -42,6 +42,8 @@ TEST(WrongWords, OptionThatIsNearNoneOfTheCommandIsNamed) {
 
 TEST(WrongWords, NumbersBeyondTheirLimitsAreSaidShortly) {
   expect_refused(run_with({"--frames", "0"}), kUsage, "--frames: must be 1 or more, got 0; see");
+  expect_refused(run_with({"--frames", "99999999999"}), kUsage,
+                 "--frames: must be at most 2147483647, got 99999999999; see");
   expect_refused(run_with({"--loop", "-1"}), kUsage, "--loop: must be 1 or more, got -1; see");
   expect_refused(run_with({"--seconds", "nan"}), kUsage, "--seconds: must be in [0.001 - 1e+09], got nan");
   expect_refused({"doctor", "--seconds", "nan"}, kUsage, "--seconds: must be in [0.1 - 3600], got nan");
@@ -50,6 +52,8 @@ TEST(WrongWords, NumbersBeyondTheirLimitsAreSaidShortly) {
 TEST(WrongWords, CommandIsNamedWithTheNearest) {
   expect_refused({"rnu", "--out", "x"}, kUsage, "error: rnu: no such command; did you mean run?");
   expect_refused({"sumary", "x"}, kUsage, "did you mean summary?");
+  expect_refused({"study", "limit", "/no/such/recording", "--out", "/no/such/folder"}, kNoInput,
+                 "/no/such/recording: no such recording");
   expect_refused({"study", "objectsize", "x"}, kUsage, "objectsize: no such command; did you mean object-size?");
   expect_refused({"levitate"}, kUsage, "levitate: no such command; see kinetrace --help");
   expect_refused({"plan", "street"}, kUsage, "\"street\" is one argument too many; see kinetrace plan --help");

@@ -96,7 +96,7 @@ class PairChecker {
     return false;
   }
   /// Result of the first attempt to recover that was due.
-  [[nodiscard]] std::string why_not_back() {
+  [[nodiscard]] std::string recovery_error() {
     for (int i = 0; i < kVeryMany; ++i) {
       const Status back = camera_.recover();
       if (back || back.error().message.find("not yet due") == std::string::npos) {
@@ -305,7 +305,7 @@ TEST_P(Uvc, AnUnpluggedCameraIsLostAtOnceAndTakenBackWhenItReturns) {
   EXPECT_THAT(error.message, ::testing::HasSubstr("right camera"));
   EXPECT_EQ(bench.camera().state(), CameraState::kLost);
   UvcPair::wait_until_listed(GetParam(), 1);
-  EXPECT_THAT(checker.why_not_back(), ::testing::HasSubstr("there are: "));
+  EXPECT_THAT(checker.recovery_error(), ::testing::HasSubstr("there are: "));
   pair_.right.plug();
   ASSERT_TRUE(checker.recovers());
   checker.expect_pairs(3);

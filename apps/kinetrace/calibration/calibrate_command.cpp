@@ -12,7 +12,7 @@ namespace kinetrace::app {
 Action add_calibrate(CLI::App& command) {
   const auto options = std::make_shared<CalibrateOptions>();
   add_calibrate_options(command, *options);
-  return pass_on(command, options, {kCalibrateProgram, kCalibratePackage, "calibrating"});
+  return forward_options(command, options, {kCalibrateProgram, kCalibratePackage, "calibrating"});
 }
 
 }  // namespace kinetrace::app

@@ -216,8 +216,9 @@ Result<GuardedCamera> CameraSetup::make(Arena& arena) const {
     camera = std::move(*faulty);
   }
   // A recording's times are not repaired unless faults were injected.
-  const bool mend_times = mends_times && (live.has_value() || !faults.empty());
-  made.camera = std::make_unique<hal::FrameGuard>(std::move(camera), hal::FrameGuardConfig{.mend_times = mend_times});
+  const bool repair_timestamps = repairs_timestamps && (live.has_value() || !faults.empty());
+  made.camera =
+      std::make_unique<hal::FrameGuard>(std::move(camera), hal::FrameGuardConfig{.mend_times = repair_timestamps});
   return made;
 }
 

@@ -38,8 +38,9 @@ struct CameraSetup {
   /// True for --camera and for a recording with injected faults: the run waits for a lost camera and monitors the
   /// pairing. A lost recording ends the run.
   bool is_camera = false;
-  bool mends_times = true;  ///< For cameras, see FrameGuardConfig; false where the times themselves are examined.
-  std::string images;       ///< Source of the images for messages: "recording kitti-raw:out/town".
+  /// For cameras, see FrameGuardConfig; false where the times themselves are examined.
+  bool repairs_timestamps = true;
+  std::string images;  ///< Source of the images for messages: "recording kitti-raw:out/town".
   std::vector<std::pair<std::string, std::string>> description;  ///< For run.json.
   std::vector<std::string> notes;
 

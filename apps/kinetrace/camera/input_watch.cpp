@@ -53,10 +53,10 @@ Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, 
       health.note(rule.reason);
     }
     const auto index = static_cast<std::size_t>(rule.fault);
-    if (said_[index] || !is_worth_saying(rule.fault)) {
+    if (reported_[index] || !is_worth_reporting(rule.fault)) {
       continue;
     }
-    said_.set(index);
+    reported_.set(index);
     std::string what = describe(rule.fault, monitor_, names_, pair.geometry);
     if (rule.ends_the_run && policy_ == InputPolicy::kStop) {
       return fail(ErrorCode::kBadFormat, what + " (input.unusable: warn goes on)");
@@ -75,10 +75,10 @@ bool InputWatch::is_left_to_refinement(InputFault fault, const RefinedCalibratio
 
 // One message per cause: identical views have no parallax either; a late view of two devices is corrected by the
 // pairing.
-bool InputWatch::is_worth_saying(InputFault fault) const noexcept {
+bool InputWatch::is_worth_reporting(InputFault fault) const noexcept {
   switch (fault) {
     case InputFault::kNoParallax: return !monitor_.holds(InputFault::kViewsIdentical);
-    case InputFault::kViewsOutOfStep: return !pairing_.can_mend();
+    case InputFault::kViewsOutOfStep: return !pairing_.can_shift_pairing();
     case InputFault::kRightFrozen: return !monitor_.holds(InputFault::kLeftFrozen);
     default: return true;
   }

@@ -50,7 +50,7 @@ class InputWatch {
                                const Warn& warn, const RefinedCalibration& calibration = {});
 
  private:
-  [[nodiscard]] bool is_worth_saying(hal::InputFault fault) const noexcept;
+  [[nodiscard]] bool is_worth_reporting(hal::InputFault fault) const noexcept;
   [[nodiscard]] bool is_left_to_refinement(hal::InputFault fault, const RefinedCalibration& calibration,
                                            std::int64_t now_ns) const noexcept;
 
@@ -58,7 +58,7 @@ class InputWatch {
   PairingKeeper pairing_;
   InputPolicy policy_;
   InputNames names_;
-  std::bitset<hal::kInputFaultCount> said_;
+  std::bitset<hal::kInputFaultCount> reported_;
   std::optional<std::int64_t> begun_ns_;  ///< When the first frame was exposed.
 };
 

@@ -7,13 +7,13 @@ bool PairingKeeper::process(const hal::SyncReport& report, HealthMonitor& health
     case hal::SyncVerdict::kUnknown: break;
     case hal::SyncVerdict::kInStep: moves_ = 0; break;
     case hal::SyncVerdict::kRightLate:
-    case hal::SyncVerdict::kRightEarly: health.note(HealthReason::kViewsOutOfStep); return mend(report);
+    case hal::SyncVerdict::kRightEarly: health.note(HealthReason::kViewsOutOfStep); return shift_pairing(report);
   }
   return false;
 }
 
-bool PairingKeeper::mend(const hal::SyncReport& report) noexcept {
-  if (!can_mend() || report.agreeing < kSure) {
+bool PairingKeeper::shift_pairing(const hal::SyncReport& report) noexcept {
+  if (!can_shift_pairing() || report.agreeing < kMinAgreeing) {
     return false;
   }
   // The right image of a moment arrives one frame after the left one, or one frame before.

@@ -7,12 +7,12 @@
 
 namespace kinetrace::app {
 
-/// Notes views that SyncMonitor finds out of step. After `kSure` consecutive measurements that agree, the camera pairs
-/// its images with those of the frame before or after. The next move reverts one that did not help; after `kMaxMoves`
-/// without success faults are only noted. Never allocates.
+/// Notes views that SyncMonitor finds out of step. After `kMinAgreeing` consecutive measurements that agree, the camera
+/// pairs its images with those of the frame before or after. The next move reverts one that did not help; after
+/// `kMaxMoves` without success faults are only noted. Never allocates.
 class PairingKeeper {
  public:
-  static constexpr int kSure = 6;
+  static constexpr int kMinAgreeing = 6;
   static constexpr int kMaxMoves = 4;
 
   /// `camera`: null where pairing cannot be changed (recordings, one device with both views). It must outlive this.
@@ -20,10 +20,10 @@ class PairingKeeper {
 
   /// Takes a new measurement. True if the pairing has changed, so that the monitor has to assess anew.
   [[nodiscard]] bool process(const hal::SyncReport& report, HealthMonitor& health) noexcept;
-  [[nodiscard]] bool can_mend() const noexcept { return camera_ != nullptr && moves_ < kMaxMoves; }
+  [[nodiscard]] bool can_shift_pairing() const noexcept { return camera_ != nullptr && moves_ < kMaxMoves; }
 
  private:
-  [[nodiscard]] bool mend(const hal::SyncReport& report) noexcept;
+  [[nodiscard]] bool shift_pairing(const hal::SyncReport& report) noexcept;
 
   hal::LiveStereoCamera* camera_;
   int moves_ = 0;  ///< Since the views were last in step.

@@ -49,7 +49,7 @@ Status check(const Companion& companion) {
                                         " needs the package " + companion.package);
 }
 
-int become(const Companion& companion, std::vector<std::string> arguments) {
+int exec_companion(const Companion& companion, std::vector<std::string> arguments) {
   const std::filesystem::path program = program_folder() / companion.program;
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> pointers;
@@ -65,10 +65,10 @@ int become(const Companion& companion, std::vector<std::string> arguments) {
                         : to_failure(missing.error()));
 }
 
-Action pass_on(CLI::App& command, std::shared_ptr<void> options, const Companion& companion) {
+Action forward_options(CLI::App& command, std::shared_ptr<void> options, const Companion& companion) {
   const auto arguments = std::make_shared<std::vector<std::string>>();
   command.callback([&command, options = std::move(options), arguments] { append_given(command, *arguments); });
-  return [arguments, companion] { return become(companion, *arguments); };
+  return [arguments, companion] { return exec_companion(companion, *arguments); };
 }
 
 }  // namespace kinetrace::app

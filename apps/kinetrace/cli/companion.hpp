@@ -20,10 +20,10 @@ struct Companion {
 [[nodiscard]] Status check(const Companion& companion);
 /// Replaces this process by the program (exec) with these arguments. Returns only on failure, which has been reported:
 /// the exit code.
-int become(const Companion& companion, std::vector<std::string> arguments);
+int exec_companion(const Companion& companion, std::vector<std::string> arguments);
 
 /// The action of a command whose options are checked here, where their help is, and then passed on unchanged. The
 /// command's options are bound to `options`.
-[[nodiscard]] Action pass_on(CLI::App& command, std::shared_ptr<void> options, const Companion& companion);
+[[nodiscard]] Action forward_options(CLI::App& command, std::shared_ptr<void> options, const Companion& companion);
 
 }  // namespace kinetrace::app

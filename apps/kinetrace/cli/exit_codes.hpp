@@ -12,7 +12,7 @@ enum class ExitCode : int {
   kBadData = 65,        ///< A recording or calibration is damaged or not usable.
   kNoInput = 66,        ///< A file or folder does not exist.
   kInternal = 70,       ///< A defect of this program.
-  kCannotCreate = 73,   ///< The run folder cannot be made.
+  kCannotCreate = 73,   ///< The run folder cannot be made, or a result would replace a file of another kind.
   kIo = 74,             ///< Reading or writing failed during the run.
   kConfig = 78,         ///< The configuration is wrong or asks for more memory than the budget holds.
 };
@@ -28,6 +28,7 @@ inline constexpr int kSignalBase = 128;  ///< Plus the signal's number, when a s
     case ErrorCode::kBadFormat:
     case ErrorCode::kUnsupported:
     case ErrorCode::kBadCalibration: return ExitCode::kBadData;
+    case ErrorCode::kOccupied: return ExitCode::kCannotCreate;
     case ErrorCode::kIo:
     case ErrorCode::kTimeout:
     case ErrorCode::kDisconnected: return ExitCode::kIo;

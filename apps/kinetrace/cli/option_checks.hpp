@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -10,10 +11,15 @@
 
 namespace kinetrace::app {
 
-/// 1 or more.
+/// 1 or more, as far as an int goes.
 inline CLI::Validator at_least_one() {
   const auto problem = [](const std::string& text) {
-    return std::strtod(text.c_str(), nullptr) >= 1.0 ? std::string() : "must be 1 or more, got " + text;
+    constexpr int kMax = std::numeric_limits<int>::max();
+    const double value = std::strtod(text.c_str(), nullptr);
+    if (value > kMax) {
+      return "must be at most " + std::to_string(kMax) + ", got " + text;
+    }
+    return value >= 1.0 ? std::string() : "must be 1 or more, got " + text;
   };
   return {problem, "POSITIVE", "positive"};
 }

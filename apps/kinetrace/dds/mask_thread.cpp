@@ -27,7 +27,7 @@ Status MaskThread::serve() {
   return request ? receiver_.request(*request) : Status{};
 }
 
-void MaskThread::tell_of_refused() {
+void MaskThread::report_refused() {
   const MaskCounters counters = mailbox_.counters();
   constexpr const char* kRefused = "messages with masks are refused: ";
   if (counters.messages_of_other_run > 0 && !std::exchange(reported_other_run_, true)) {
@@ -46,7 +46,7 @@ void MaskThread::run() {
     if (const Status served = serve(); !served && !std::exchange(was_reported, true)) {
       tell_("masks: " + served.error().message);
     }
-    tell_of_refused();
+    report_refused();
     link_.wait(kAtMost_ns);
   }
 }

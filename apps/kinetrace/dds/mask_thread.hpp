@@ -26,7 +26,7 @@ class MaskThread {
   void run();
   [[nodiscard]] Status serve();
   /// Reports each kind of refused message once.
-  void tell_of_refused();
+  void report_refused();
 
   publishing::Link& link_;
   publishing::MaskReceiver receiver_;

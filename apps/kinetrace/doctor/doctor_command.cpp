@@ -341,7 +341,7 @@ void examine_camera(const DoctorOptions& options, AppConfig& config, Findings& f
   // Its error has been reported; its memory is then not counted.
   auto publishing = optional_publishing(options.publish, config.pipeline.tracking.max_objects).value_or(nullptr);
   // The rate must be measured on raw times, not on repaired ones.
-  setup->mends_times = false;
+  setup->repairs_timestamps = false;
   catch_interrupts();
   examine(*setup, config, options, publishing.get(), findings);
 }

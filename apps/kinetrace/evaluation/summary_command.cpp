@@ -42,6 +42,8 @@ struct ObjectSummary {
   double speed_sum_mps = 0.0;
   std::optional<double> nearest_m;  ///< Minimum distance to the camera; none if the camera had no pose in these frames.
 
+  /// Stereo alone gives positions, and a speed of moving objects at most.
+  [[nodiscard]] bool is_motion_known() const { return moved || frames_by_status[0] > 0; }
   [[nodiscard]] double displacement_m() const { return (last_m - first_m).norm(); }
   [[nodiscard]] double mean_speed_mps() const { return speed_sum_mps / frames; }
 };
@@ -120,13 +122,17 @@ void print_table(const RunTable& table) {
     if (object.nearest_m) {
       std::snprintf(near_m.data(), near_m.size(), "%.1f", *object.nearest_m);
     }
-    std::printf("%6u  %-12s %6d  %5s %8.2f %8.2f %8s  %s\n", id, ClassName(object.class_id).c_str(), object.frames,
-                object.moved ? "yes" : "no", object.displacement_m(), object.mean_speed_mps(), near_m.data(),
-                statuses_text(object).c_str());
+    std::array<char, 32> speed_mps{"?"};
+    if (object.is_motion_known()) {
+      std::snprintf(speed_mps.data(), speed_mps.size(), "%.2f", object.mean_speed_mps());
+    }
+    const char* moved = object.moved ? "yes" : object.is_motion_known() ? "no" : "?";
+    std::printf("%6u  %-12s %6d  %5s %8.2f %8s %8s  %s\n", id, ClassName(object.class_id).c_str(), object.frames, moved,
+                object.displacement_m(), speed_mps.data(), near_m.data(), statuses_text(object).c_str());
   }
   std::printf(
-      "moved: its speed differed significantly from zero; by: from the first to the last position; m/s: mean speed; "
-      "near: closest to the camera\n");
+      "moved: its speed differed significantly from zero (?: never tracked, its speed was not measured); by: from the "
+      "first to the last position, errors of far ones included; m/s: mean speed; near: closest to the camera\n");
 }
 
 void print_json(const RunTable& table) {
@@ -140,9 +146,9 @@ void print_json(const RunTable& table) {
                        {"class", ClassName(object.class_id).view()},
                        {"frames", object.frames},
                        {"frames_by_status", std::move(by_status)},
-                       {"moved", object.moved},
+                       {"moved", object.is_motion_known() ? Json(object.moved) : Json(nullptr)},
                        {"displacement_m", object.displacement_m()},
-                       {"mean_speed_mps", object.mean_speed_mps()},
+                       {"mean_speed_mps", object.is_motion_known() ? Json(object.mean_speed_mps()) : Json(nullptr)},
                        {"nearest_m", object.nearest_m ? Json(*object.nearest_m) : Json(nullptr)}});
   }
   const Json json{{"camera", {{"poses", table.found.poses}, {"path_m", table.found.camera_path_m}}},

@@ -13,6 +13,7 @@
 #include "figure/figure_page.hpp"
 #include "figure/figure_scene.hpp"
 #include "figure/picture_place.hpp"
+#include "kinetrace/core/files.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -104,6 +105,11 @@ int write_frames(FrameWriter write, const FigureOptions& options, Source& source
 }
 
 int figure_command(const FigureOptions& options) {
+  const bool writes_both = !options.overlay.empty() && !options.film.empty();
+  if (writes_both && is_inside(options.overlay, options.film) && is_inside(options.film, options.overlay)) {
+    return report({ExitCode::kUsage, "--overlay and --film: " + options.film.string() +
+                                         " cannot hold both, their pictures have the same names; name two folders"});
+  }
   Outcome<Source> source = open_source(options);
   if (!source) {
     return report(source.error());

@@ -57,7 +57,7 @@ Range range_of(const Onlooker::Subject& subject, const Range& fallback, Value&& 
   std::vector<double> of_whole;
   std::transform(subject.points.begin(), subject.points.end(), std::back_inserter(of_points), value);
   std::transform(subject.whole.begin(), subject.whole.end(), std::back_inserter(of_whole), value);
-  const auto points = drawing::quantile_range(of_points, subject.wild_share);
+  const auto points = drawing::quantile_range(of_points, subject.outlier_share);
   const auto whole = drawing::quantile_range(of_whole, kWildOfWhole);
   if (!points || !whole) {
     return points.value_or(whole.value_or(fallback));

@@ -53,8 +53,8 @@ class Onlooker {
   };
   /// Points to show.
   struct Subject {
-    std::span<const Eigen::Vector3d> points;  ///< All but the outermost `wild_share` on each side of the picture.
-    double wild_share = 0.03;
+    std::span<const Eigen::Vector3d> points;  ///< All but the outermost `outlier_share` on each side of the picture.
+    double outlier_share = 0.03;
     std::span<const Eigen::Vector3d> whole;  ///< All but a few per thousand.
   };
   /// Fits the subject into the area; an empty subject is a metre about the origin.

@@ -3,6 +3,7 @@
 #include <string>
 #include <system_error>
 
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 
 namespace kinetrace::figure {
@@ -10,16 +11,8 @@ namespace kinetrace::figure {
 namespace fs = std::filesystem;
 
 Status check_replaceable(const fs::path& file) {
-  std::error_code error;
-  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) == 0) {
-    return {};
-  }
-  const Result<imaging::ImageInfo> info = imaging::read_image_info(file.c_str());
-  if (info && info->format == imaging::ImageFormat::kPng && info->channels == 3 && info->bit_depth == 8) {
-    return {};
-  }
-  return fail(ErrorCode::kInvalidArgument,
-              file.string() + ": is there already, and is no picture of an earlier figure; name another place");
+  return check_same_kind(
+      file, {"picture of an earlier figure", [](const fs::path& path) { return imaging::is_png(path.c_str(), 3, 8); }});
 }
 
 Status check_apart(const fs::path& directory, const hal::FrameList& recording) {
@@ -27,7 +20,7 @@ Status check_apart(const fs::path& directory, const hal::FrameList& recording) {
     std::error_code error;
     if (!folder.empty() && fs::equivalent(directory, folder, error)) {
       return fail(
-          ErrorCode::kInvalidArgument,
+          ErrorCode::kOccupied,
           directory.string() + ": holds the recording's images, which pictures would replace; name another folder");
     }
   }

@@ -9,10 +9,10 @@
 namespace kinetrace::figure {
 
 /// A picture may replace only an earlier picture (a PNG of 8-bit colours, as `figure` writes) or an empty file. Errors:
-/// kInvalidArgument.
+/// kOccupied.
 [[nodiscard]] Status check_replaceable(const std::filesystem::path& file);
 
-/// Folders of the recording are refused: pictures of frames have the names of its images. Errors: kInvalidArgument.
+/// Folders of the recording are refused: pictures of frames have the names of its images. Errors: kOccupied.
 [[nodiscard]] Status check_apart(const std::filesystem::path& directory, const hal::FrameList& recording);
 
 }  // namespace kinetrace::figure

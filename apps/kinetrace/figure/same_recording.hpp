@@ -9,9 +9,9 @@
 
 namespace kinetrace::figure {
 
-/// The run's points must show the same surface in two of the recording's images each; where that is unknown (no
+/// The run's points must show the same surface in two of the recording's images each; without evidence of that (no
 /// observations, frames without images), times of frames must agree. `name`: of the recording, for the error. Reads ten
-/// image pairs. Two recordings of cameras at rest may pass as the same. Errors: kBadFormat (another
+/// image pairs. Recordings in which the camera stands still are not distinguished. Errors: kBadFormat (another
 /// recording, or images of another size).
 [[nodiscard]] Status check_same_recording(const recording::Run& run, const std::string& name, RecordedImages& images);
 

@@ -33,20 +33,20 @@ std::int64_t Pacer::wait_for(std::int64_t timestamp_ns) {
   return due_ns + delay_ns;
 }
 
-LiveRun::LiveRun(const LiveConfig& config, double nominal_rate_hz, bool paces, Processing processing,
+LiveRun::LiveRun(const LiveConfig& config, double nominal_rate_hz, bool is_paced, Processing processing,
                  HealthMonitor& health)
     : processing_(std::move(processing)),
       health_(health),
-      pacer_(paces ? std::optional<Pacer>(config.speed) : std::nullopt),
+      pacer_(is_paced ? std::optional<Pacer>(config.speed) : std::nullopt),
       sheds_(config.shed),
       deadline_ms_(config.deadline_ms > 0.0 ? config.deadline_ms
-                                            : 1e3 / (nominal_rate_hz * (paces ? config.speed : 1.0))),
+                                            : 1e3 / (nominal_rate_hz * (is_paced ? config.speed : 1.0))),
       shedder_(deadline_ms_, processing_.max_objects) {}
 
-Result<std::unique_ptr<LiveRun>> LiveRun::create(const LiveConfig& config, double nominal_rate_hz, bool paces,
+Result<std::unique_ptr<LiveRun>> LiveRun::create(const LiveConfig& config, double nominal_rate_hz, bool is_paced,
                                                  const StereoGeometry& geometry, Processing processing,
                                                  HealthMonitor& health, Arena& arena) {
-  std::unique_ptr<LiveRun> made(new LiveRun(config, nominal_rate_hz, paces, std::move(processing), health));
+  std::unique_ptr<LiveRun> made(new LiveRun(config, nominal_rate_hz, is_paced, std::move(processing), health));
   auto thread = PipelineThread::create(
       geometry,
       [run = made.get()](const RectifiedPair& pair, std::int64_t exposed_ns) { return run->process(pair, exposed_ns); },

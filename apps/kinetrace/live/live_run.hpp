@@ -48,11 +48,11 @@ class LiveRun {
   [[nodiscard]] static std::size_t required_bytes(const StereoGeometry& geometry) {
     return PipelineThread::required_bytes(geometry);
   }
-  /// `paces`: frames are read without delay and paced by their time stamps; else time stamps are of the steady clock.
-  /// All calls of `processing` come from one thread; `health` must outlive this. Errors: those of
+  /// `is_paced`: frames are read without delay and paced by their time stamps; else time stamps are of the steady
+  /// clock. All calls of `processing` come from one thread; `health` must outlive this. Errors: those of
   /// PipelineThread::create.
   [[nodiscard]] static Result<std::unique_ptr<LiveRun>> create(const LiveConfig& config, double nominal_rate_hz,
-                                                               bool paces, const StereoGeometry& geometry,
+                                                               bool is_paced, const StereoGeometry& geometry,
                                                                Processing processing, HealthMonitor& health,
                                                                Arena& arena);
 
@@ -67,7 +67,8 @@ class LiveRun {
   [[nodiscard]] recording::LiveSummary summary() const noexcept;
 
  private:
-  LiveRun(const LiveConfig& config, double nominal_rate_hz, bool paces, Processing processing, HealthMonitor& health);
+  LiveRun(const LiveConfig& config, double nominal_rate_hz, bool is_paced, Processing processing,
+          HealthMonitor& health);
   Status process(const RectifiedPair& pair, std::int64_t exposed_ns);
   void adapt(std::chrono::steady_clock::duration took);
 

@@ -12,7 +12,7 @@ namespace kinetrace::app {
 Action add_map(CLI::App& command) {
   const auto options = std::make_shared<MapOptions>();
   add_map_options(command, *options);
-  return pass_on(command, options, {kMapProgram, kMapPackage, "making maps"});
+  return forward_options(command, options, {kMapProgram, kMapPackage, "making maps"});
 }
 
 }  // namespace kinetrace::app

@@ -108,14 +108,14 @@ Result<RunMemory> plan_for(AppConfig config, const PublishingSetup* publishing, 
   return plan_memory(config, camera_of(config.board), {}, publishing, network);
 }
 
-// Parts outside the arena, created once for all plans.
-struct Parts {
+// Inputs of a plan outside the arena, created once for all plans.
+struct PlanInputs {
   std::unique_ptr<PublishingSetup> publishing;  ///< Null without --publish.
   std::unique_ptr<NetworkThread> network;       ///< Null without a network.
 };
 
 // Reports that `auto` has become motion alone.
-Outcome<Parts> parts_of(const PlanOptions& options, AppConfig& config) {
+Outcome<PlanInputs> inputs_of(const PlanOptions& options, AppConfig& config) {
   auto publishing = optional_publishing(options.publish, config.pipeline.tracking.max_objects);
   if (!publishing) {
     return Unexpected(publishing.error());
@@ -133,13 +133,13 @@ Outcome<Parts> parts_of(const PlanOptions& options, AppConfig& config) {
   if (network->why_none) {
     print_warning(*network->why_none);
   }
-  return Parts{std::move(*publishing), std::move(network->thread)};
+  return PlanInputs{std::move(*publishing), std::move(network->thread)};
 }
 
-std::vector<SettingCost> costs_of(AppConfig config, const Parts& parts) {
-  const ConfigFields fields = all_fields(fields_of(config), parts.publishing.get());
+std::vector<SettingCost> costs_of(AppConfig config, const PlanInputs& inputs) {
+  const ConfigFields fields = all_fields(fields_of(config), inputs.publishing.get());
   return setting_costs(fields, [&]() -> Result<double> {
-    const Result<RunMemory> plan = plan_for(config, parts.publishing.get(), parts.network.get());
+    const Result<RunMemory> plan = plan_for(config, inputs.publishing.get(), inputs.network.get());
     return plan ? Result<double>(static_cast<double>(plan->total_bytes())) : Unexpected(plan.error());
   });
 }
@@ -149,16 +149,16 @@ int plan_command(const PlanOptions& options) {
   if (!config) {
     return report(config.error());
   }
-  const Outcome<Parts> parts = parts_of(options, *config);
-  if (!parts) {
-    return report(parts.error());
+  const Outcome<PlanInputs> inputs = inputs_of(options, *config);
+  if (!inputs) {
+    return report(inputs.error());
   }
-  const Result<RunMemory> plan = plan_for(*config, parts->publishing.get(), parts->network.get());
+  const Result<RunMemory> plan = plan_for(*config, inputs->publishing.get(), inputs->network.get());
   if (!plan) {
     return report(to_failure(plan.error()));
   }
   print_parts(*plan, *config);
-  print_costs(costs_of(*config, *parts));
+  print_costs(costs_of(*config, *inputs));
   const Status fits = check_budget(*plan, config->pipeline.memory);
   return fits ? 0 : report(to_failure(fits.error()));
 }

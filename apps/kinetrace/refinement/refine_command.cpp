@@ -11,7 +11,7 @@ namespace kinetrace::app {
 Action add_refine(CLI::App& command) {
   const auto options = std::make_shared<RefineOptions>();
   add_refine_options(command, *options);
-  return pass_on(command, options, kRefineCompanion);
+  return forward_options(command, options, kRefineCompanion);
 }
 
 }  // namespace kinetrace::app

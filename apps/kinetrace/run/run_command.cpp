@@ -73,7 +73,7 @@ int run_and_refine(const RunOptions& options) {
   if (options.quiet || options.json) {
     arguments.emplace_back("--quiet");
   }
-  return become(kRefineCompanion, arguments);
+  return exec_companion(kRefineCompanion, arguments);
 }
 
 void add_options(CLI::App& run, RunOptions& options) {
@@ -97,8 +97,10 @@ void add_options(CLI::App& run, RunOptions& options) {
       ->check(CLI::IsMember({"batch"}));
   run.add_flag("--images", options.images,
                "Also writes the rectified left images into the run folder: those that its COLMAP models are of");
-  run.add_option("--save-calibration", options.save_calibration,
-                 "Writes the calibration as the run has corrected it, in OpenCV's YAML, for the next start")
+  run.add_option(
+         "--save-calibration", options.save_calibration,
+         "Writes the calibration as the run has corrected it, in OpenCV's YAML, for the next start; replaces an "
+         "earlier calibration in this format, no other file")
       ->type_name("FILE");
   add_until_options(run, options.until);
   CLI::Option* raw =

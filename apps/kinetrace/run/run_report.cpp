@@ -204,8 +204,8 @@ void RunReport::print() const {
   } else if (!options_.quiet) {
     constexpr double kMib = 1024.0 * 1024.0;
     std::printf(
-        "%lld frames in %.1f s; %.1f ms a frame (p95 %.1f, max %.1f) without decoding; peak memory %.1f of %.1f MiB "
-        "planned\n",
+        "%lld frames in %.1f s; %.1f ms a frame (p95 %.1f, max %.1f) without decoding; peak memory %.1f MiB, "
+        "planned %.1f\n",
         static_cast<long long>(summary_.frames), seconds_, summary_.frame_time.median_ms, summary_.frame_time.p95_ms,
         summary_.frame_time.max_ms, static_cast<double>(summary_.rss_peak_bytes) / kMib,
         static_cast<double>(summary_.planned_bytes) / kMib);

@@ -6,6 +6,7 @@
 #include "config/config_file.hpp"
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/hal/rectifier.hpp"
+#include "kinetrace/hal/rig_calibration.hpp"
 #include "plan/network_setup.hpp"
 
 namespace kinetrace::app {
@@ -34,6 +35,23 @@ void prepare_refinement(AppConfig& config) {
   config.pipeline.background.max_points = std::max(config.pipeline.background.max_points, kBackgroundPoints);
 }
 
+// The calibration is written at the end of the run: its place is checked before. A second calibration among a
+// recording's files could make it unreadable.
+Status check_calibration_place(const RunOptions& options, const CameraSetup& camera) {
+  const std::filesystem::path& file = options.save_calibration;
+  if (file.empty()) {
+    return {};
+  }
+  for (const auto& [folder, what] :
+       {std::pair(camera.folder, "the recording "), std::pair(options.out, "the run folder ")}) {
+    if (!folder.empty() && is_inside(file, folder)) {
+      return fail(ErrorCode::kOccupied,
+                  file.string() + ": lies in " + what + folder.string() + "; name another place for the calibration");
+    }
+  }
+  return hal::check_calibration_place(file, hal::CalibrationFormat::kOpencv);
+}
+
 }  // namespace
 
 Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
@@ -51,12 +69,12 @@ Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
     return Unexpected(
         Failure{ExitCode::kUsage, "--save-calibration: calibration.refine is off; set it to on or check"});
   }
-  if (const Status place = check_replaceable(options.save_calibration); !options.save_calibration.empty() && !place) {
-    return failure(place.error());
-  }
   Outcome<CameraSetup> camera = camera_setup(options.source);
   if (!camera) {
     return Unexpected(camera.error());
+  }
+  if (const Status place = check_calibration_place(options, *camera); !place) {
+    return failure(place.error());
   }
   Outcome<std::unique_ptr<PublishingSetup>> publishing = publishing_of(options, *config);
   if (!publishing) {

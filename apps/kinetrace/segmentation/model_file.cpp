@@ -91,17 +91,24 @@ class ModelReader {
       return refuse(names, "classes must be a list of names, in the order of the network");
     }
     for (const YAML::Node& name : names) {
-      classes.push_back({name.IsScalar() ? name.Scalar() : std::string(), ModelClass::kDropped});
+      if (!name.IsScalar() || name.Scalar().empty()) {
+        return refuse(name, "classes: class " + std::to_string(classes.size()) + " has no name");
+      }
+      classes.push_back({name.Scalar(), ModelClass::kDropped});
     }
     const YAML::Node uses = root["use"];
     if (uses && !uses.IsMap()) {
       return refuse(uses, "use must be lines of `class: vehicle`, person, ignore or drop");
     }
     for (const auto& entry : uses) {
-      const auto named = std::find_if(classes.begin(), classes.end(),
-                                      [&](const ModelClass& one) { return one.name == entry.first.Scalar(); });
+      const auto has_name = [&](const ModelClass& one) { return one.name == entry.first.Scalar(); };
+      const auto named = std::find_if(classes.begin(), classes.end(), has_name);
       if (named == classes.end()) {
         return refuse(entry.first, "use: \"" + entry.first.Scalar() + "\" is none of the classes");
+      }
+      // Unused ones may share a name: lists of classes have gaps, such as "N/A".
+      if (std::any_of(named + 1, classes.end(), has_name)) {
+        return refuse(entry.first, "use: several classes are named \"" + named->name + "\"; give each its own name");
       }
       choose(uses, named->name.c_str(),
              Names<std::uint16_t>{{"vehicle", kVehicleClass},
@@ -205,10 +212,15 @@ class ModelReader {
   }
   template <typename Value>
   [[nodiscard]] Value as_number(const YAML::Node& node, const char* key) {
+    constexpr double kLargest = 1e9;
     double read = 0.0;
     if (!node.IsScalar() || !YAML::convert<double>::decode(node, read) || !std::isfinite(read) ||
-        std::abs(read) > 1e9 || (std::is_integral_v<Value> && read != std::floor(read))) {
+        (std::is_integral_v<Value> && read != std::floor(read))) {
       refuse(node, std::string(key) + " must be a " + (std::is_integral_v<Value> ? "whole " : "finite ") + "number");
+      return Value{};
+    }
+    if (std::abs(read) > kLargest) {
+      refuse(node, std::string(key) + " must be within -1e9 and 1e9, got " + node.Scalar());
       return Value{};
     }
     return static_cast<Value>(read);

@@ -1,5 +1,6 @@
 // Runs a neural network on single images, to examine a model before use.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -17,17 +18,18 @@
 #include "drawing/canvas.hpp"
 #include "drawing/color.hpp"
 #include "kinetrace/core/class_name.hpp"
+#include "kinetrace/core/config_check.hpp"
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 #include "kinetrace/imaging/png_writer.hpp"
-#include "kinetrace/neural/instance_network.hpp"
 #include "segmentation/model_file.hpp"
 #include "segmentation/picture_file.hpp"
+#include "segmentation/picture_network.hpp"
 
 namespace kinetrace::app {
 namespace {
 
 namespace fs = std::filesystem;
-using neural::InstanceNetwork;
 using Masks = std::span<const RunLengthMask>;
 
 struct SegmentOptions {
@@ -99,8 +101,32 @@ fs::path result_name(const fs::path& file) {
   return file.stem().string() + ".png";
 }
 
-/// Results must neither collide with each other nor replace a picture. Errors: kInvalidArgument.
-Status check_names(const std::vector<fs::path>& files, const fs::path& out) {
+struct ResultKind {
+  const char* folder;
+  FileKind file;
+};
+constexpr std::array<ResultKind, 2> kResults{
+    ResultKind{"masks", {"image of masks", [](const fs::path& path) { return imaging::is_png(path.c_str(), 1, 16); }}},
+    ResultKind{"overlay", {"overlay", [](const fs::path& path) { return imaging::is_png(path.c_str(), 3, 8); }}}};
+
+/// A result replaces neither its own picture nor any file but an earlier result. Errors: kInvalidArgument, kOccupied.
+Status check_place(const fs::path& picture, const fs::path& out) {
+  for (const ResultKind& kind : kResults) {
+    const fs::path place = out / kind.folder / result_name(picture);
+    std::error_code error;
+    if (fs::equivalent(place, picture, error)) {
+      return fail(ErrorCode::kInvalidArgument,
+                  picture.string() + ": would be replaced by its own result; name another folder --out");
+    }
+    if (Status free = check_same_kind(place, kind.file); !free) {
+      return free;
+    }
+  }
+  return {};
+}
+
+/// Each result needs a name of its own. Errors: kInvalidArgument, and those of check_place.
+Status check_places(const std::vector<fs::path>& files, const fs::path& out) {
   std::map<fs::path, const fs::path*> picture_of;
   for (const fs::path& file : files) {
     const fs::path name = result_name(file);
@@ -109,12 +135,8 @@ Status check_names(const std::vector<fs::path>& files, const fs::path& out) {
                                                    ": both would become " + name.string() +
                                                    "; name a folder --out for each");
     }
-    for (const char* folder : {"masks", "overlay"}) {
-      std::error_code error;
-      if (fs::equivalent(out / folder / name, file, error)) {
-        return fail(ErrorCode::kInvalidArgument,
-                    file.string() + ": would be replaced by its own result; name another folder --out");
-      }
+    if (Status free = check_place(file, out); !free) {
+      return free;
     }
   }
   return {};
@@ -122,26 +144,68 @@ Status check_names(const std::vector<fs::path>& files, const fs::path& out) {
 
 /// Creates the folders of results. Errors: kCannotCreate.
 Outcome<void> make_folders(const fs::path& out) {
-  for (const char* name : {"masks", "overlay"}) {
+  for (const ResultKind& kind : kResults) {
     std::error_code error;
-    fs::create_directories(out / name, error);
+    fs::create_directories(out / kind.folder, error);
     if (error) {
-      return Unexpected(Failure{ExitCode::kCannotCreate, (out / name).string() + ": " + error.message()});
+      return Unexpected(Failure{ExitCode::kCannotCreate, (out / kind.folder).string() + ": " + error.message()});
     }
   }
   return {};
 }
 
-Status write_results(const SegmentOptions& options, const fs::path& file, Masks masks, GrayView image) {
-  const fs::path name = result_name(file);
-  if (Status written = write_masks(options.out / "masks" / name, masks, image); !written) {
-    return written;
+Outcome<void> write_results(const SegmentOptions& options, const fs::path& file, Masks masks, GrayView image) {
+  if (Outcome<void> made = make_folders(options.out); !made) {
+    return made;
   }
-  return draw_masks(options.out / "overlay" / name, masks, image);
+  const fs::path name = result_name(file);
+  const Status written = first_failure({write_masks(options.out / "masks" / name, masks, image),
+                                        draw_masks(options.out / "overlay" / name, masks, image)});
+  return written ? Outcome<void>() : failure(written.error());
 }
 
-Outcome<void> segment(const SegmentOptions& options) {
-  Result<neural::ModelConfig> model = load_model(options.model);
+/// Failures concern the network or the results.
+Outcome<void> segment_picture(const SegmentOptions& options, const fs::path& file, const PictureFiles::Loaded& loaded,
+                              PictureNetwork& network) {
+  if (const Status ready = network.prepare(loaded.gray.width, loaded.gray.height); !ready) {
+    return failure(ready.error());
+  }
+  const auto begun = std::chrono::steady_clock::now();
+  const Result<Masks> masks = network.segment(loaded.picture);
+  const double took_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
+  if (!masks) {
+    return failure(masks.error());
+  }
+  if (Outcome<void> written = write_results(options, file, *masks, loaded.gray); !written) {
+    return written;
+  }
+  if (!options.quiet) {
+    std::printf("%s: %zu instances in %.1f ms\n", printable(file.native()).c_str(), masks->size(), took_ms);
+  }
+  return {};
+}
+
+/// Pictures that cannot be read are reported and skipped. Returns the exit code of the first of them, or 0.
+Outcome<int> segment_all(const SegmentOptions& options, const std::vector<fs::path>& files, PictureNetwork& network) {
+  PictureFiles pictures;
+  int exit_code = 0;
+  catch_interrupts();
+  for (auto file = files.begin(); file != files.end() && interrupted_by() == 0; ++file) {
+    const Result<PictureFiles::Loaded> loaded = pictures.read(*file);
+    if (!loaded) {
+      const int failed = report(to_failure(loaded.error()));
+      exit_code = exit_code == 0 ? failed : exit_code;
+      continue;
+    }
+    if (const Outcome<void> done = segment_picture(options, *file, *loaded, network); !done) {
+      return Unexpected(done.error());
+    }
+  }
+  return interrupted_by() == 0 ? exit_code : kSignalBase + interrupted_by();
+}
+
+Outcome<int> segment(const SegmentOptions& options) {
+  const Result<neural::ModelConfig> model = load_model(options.model);
   if (!model) {
     return failure(model.error());
   }
@@ -149,22 +213,8 @@ Outcome<void> segment(const SegmentOptions& options) {
   if (!files) {
     return failure(files.error());
   }
-  if (const Status names = check_names(*files, options.out); !names) {
-    return failure(names.error());
-  }
-  // Pictures of a folder are usually of one size.
-  const Result<imaging::ImageInfo> first = imaging::read_image_info(files->front().c_str());
-  if (!first) {
-    return failure(first.error());
-  }
-  model->input = model->input.sized_for(first->width, first->height);
-  const neural::NetworkOptions network_options{.threads = options.threads,
-                                               .max_width_px = PictureFiles::kMaxSide_px,
-                                               .max_height_px = PictureFiles::kMaxSide_px};
-  Arena arena(InstanceNetwork::required_bytes(*model, network_options));
-  const auto network = InstanceNetwork::create(*model, network_options, arena);
-  if (!network) {
-    return failure(network.error());
+  if (const Status places = check_places(*files, options.out); !places) {
+    return failure(places.error());
   }
   for (const fs::path& file : *files) {
     if (const auto caution = model_caution(*model, file)) {
@@ -172,39 +222,21 @@ Outcome<void> segment(const SegmentOptions& options) {
       break;
     }
   }
-  if (Outcome<void> made = make_folders(options.out); !made) {
-    return made;
-  }
-  PictureFiles pictures;
-  catch_interrupts();
-  for (auto file = files->begin(); file != files->end() && interrupted_by() == 0; ++file) {
-    const Result<PictureFiles::Loaded> loaded = pictures.read(*file);
-    if (!loaded) {
-      return failure(loaded.error());
-    }
-    const auto begun = std::chrono::steady_clock::now();
-    const Result<Masks> masks = (*network)->segment(loaded->picture);
-    const double took_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
-    if (!masks) {
-      return failure(masks.error());
-    }
-    if (const Status written = write_results(options, *file, *masks, loaded->gray); !written) {
-      return failure(written.error());
-    }
-    if (!options.quiet) {
-      std::printf("%s: %zu instances in %.1f ms\n", printable(file->native()).c_str(), masks->size(), took_ms);
-    }
-  }
-  return {};
+  PictureNetwork network(*model, options.threads, PictureFiles::kMaxSide_px);
+  return segment_all(options, *files, network);
 }
 
 int segment_command(const SegmentOptions& options) {
-  const Outcome<void> done = segment(options);
-  return done ? 0 : report(done.error());
+  const Outcome<int> done = segment(options);
+  return done ? *done : report(done.error());
 }
 
 void add_options(CLI::App& segment, SegmentOptions& options) {
-  segment.add_option("IMAGES", options.images, "PNG, JPEG or PGM files, or folders of them")->required();
+  segment
+      .add_option("IMAGES", options.images,
+                  "PNG, JPEG or PGM files of any sizes, or folders of them; those that cannot be read are reported and "
+                  "skipped")
+      ->required();
   segment
       .add_option("--model", options.model,
                   "YAML file that describes the network; without it, the one that comes with Kinetrace, which knows "

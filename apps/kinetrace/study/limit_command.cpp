@@ -116,6 +116,9 @@ Outcome<LimitRun> measure(const LimitOptions& options, const std::filesystem::pa
 }
 
 int study_limit(const LimitOptions& options) {
+  if (const Status there = check_study_recordings(options.recordings); !there) {
+    return report(to_failure(there.error()));
+  }
   if (const Status made = make_study_folder(options.out); !made) {
     return report({ExitCode::kCannotCreate, made.error().message});
   }
@@ -145,9 +148,7 @@ int study_limit(const LimitOptions& options) {
 }
 
 void add_options(CLI::App& limit, LimitOptions& options) {
-  limit.add_option("RECORDING", options.recordings, "Folders made by kinetrace-simulate")
-      ->required()
-      ->check(CLI::ExistingDirectory);
+  limit.add_option("RECORDING", options.recordings, "Folders made by kinetrace-simulate")->required();
   limit.add_option("--out", options.out, "Folder for limit.csv and limit.png")->type_name("DIR")->required();
   limit.add_option("--masks", options.masks, "detections: as a network gives them; instances: exact")
       ->check(CLI::IsMember({"detections", "instances"}))

@@ -103,6 +103,9 @@ bool nothing_studied(const std::vector<StudyRun>& runs) {
 }
 
 int study_object_size(const StudyOptions& options) {
+  if (const Status there = check_study_recordings(options.recordings); !there) {
+    return report(to_failure(there.error()));
+  }
   if (const Status made = make_study_folder(options.out); !made) {
     return report({ExitCode::kCannotCreate, made.error().message});
   }
@@ -130,8 +133,7 @@ void add_options(CLI::App& object_size, StudyOptions& options) {
   object_size
       .add_option("RECORDING", options.recordings,
                   "Folders made by kinetrace-simulate, best of the scene `receding` with several seeds")
-      ->required()
-      ->check(CLI::ExistingDirectory);
+      ->required();
   object_size.add_option("--out", options.out, "Folder for frames.csv, bins.csv and object_size.png")
       ->type_name("DIR")
       ->required();

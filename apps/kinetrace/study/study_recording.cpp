@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "kinetrace/core/files.hpp"
+
 namespace kinetrace::app {
 namespace {
 
@@ -30,6 +32,15 @@ Outcome<fs::path> find_drive(const fs::path& recording) {
 }
 
 }  // namespace
+
+Status check_study_recordings(const std::vector<fs::path>& recordings) {
+  for (const fs::path& recording : recordings) {
+    if (Status there = check_folder(recording, "no such recording; kinetrace-simulate makes them"); !there) {
+      return there;
+    }
+  }
+  return {};
+}
 
 Outcome<StudyRecording> open_study_recording(const fs::path& path, const std::string& masks) {
   const Outcome<fs::path> drive = find_drive(path);

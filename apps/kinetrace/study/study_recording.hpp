@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "cli/failure.hpp"
 #include "kinetrace/hal/dataset.hpp"
@@ -17,6 +18,8 @@ struct StudyRecording {
   StudyTruth truth;
 };
 
+/// Checks that the folders exist. Errors: kNotFound, kIo.
+[[nodiscard]] Status check_study_recordings(const std::vector<std::filesystem::path>& recordings);
 /// A folder made by kinetrace-simulate. `masks`: "detections", or "instances" for exact masks.
 [[nodiscard]] Outcome<StudyRecording> open_study_recording(const std::filesystem::path& path, const std::string& masks);
 /// Creates the folder of a study's results, if missing.

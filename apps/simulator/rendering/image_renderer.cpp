@@ -65,7 +65,7 @@ class TileRenderer {
     }
     // A pixel with a long footprint takes one texture sample for each of its rays.
     if (const float stretch = stretch_of(centre); content == TileSampler::Content::kTriangle && stretch > kElongated) {
-      shade_continued(slot, stretch, share);
+      shade_extrapolated(slot, stretch, share);
     } else {
       const Sample* only = &centre;
       shade_together({&only, 1}, stretch, share);
@@ -118,9 +118,9 @@ class TileRenderer {
     }
   }
 
-  void shade_continued(std::size_t slot, float stretch, const Share& share) {
+  void shade_extrapolated(std::size_t slot, float stretch, const Share& share) {
     const Sample& centre = sampler_.centre(slot);
-    SurfaceStrip strip = sampler_.continued(slot);
+    SurfaceStrip strip = sampler_.extrapolated(slot);
     strip.position.x += texture_origin_.x();
     strip.position.y += texture_origin_.y();
     strip.position.z += texture_origin_.z();

@@ -197,9 +197,9 @@ bool TileSampler::shows_one_surface(std::size_t slot) {
 }
 
 // Extrapolates the samples on a triangle, for individual shadow rays.
-void TileSampler::continue_samples(std::size_t slot) {
+void TileSampler::extrapolate_samples(std::size_t slot) {
   const Sample& known = centre(slot);
-  const SurfaceStrip strip = continued(slot);
+  const SurfaceStrip strip = extrapolated(slot);
   for (std::size_t s = 0; s < count_; ++s) {
     Sample& sample = samples(slot)[s];
     sample = known;
@@ -326,7 +326,7 @@ void TileSampler::sample_shadow_edges() {
     if (pixels_[slot].content == Content::kSurface) {
       queue_samples(slot);
     } else {
-      continue_samples(slot);
+      extrapolate_samples(slot);
     }
   }
   trace_queue();

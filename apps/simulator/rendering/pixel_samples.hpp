@@ -87,7 +87,7 @@ class TileSampler {
     return std::span(samples_).subspan(slot * (count_ + 1), count_);
   }
   /// Where the rays of the samples meet the pixel's triangle.
-  [[nodiscard]] SurfaceStrip continued(std::size_t slot) const;
+  [[nodiscard]] SurfaceStrip extrapolated(std::size_t slot) const;
 
  private:
   // Rays that wait for a full packet, and their samples.
@@ -111,7 +111,7 @@ class TileSampler {
   [[nodiscard]] Content content_of(std::size_t slot);
   [[nodiscard]] bool shows_one_triangle(std::size_t slot) const;
   [[nodiscard]] bool shows_one_surface(std::size_t slot);
-  void continue_samples(std::size_t slot);
+  void extrapolate_samples(std::size_t slot);
   void cast_shadows();
   void sample_shadow_edges();
   [[nodiscard]] Eigen::Vector3f scene_position(const Sample& sample) const;
@@ -151,7 +151,7 @@ class TileSampler {
 };
 
 // Here so that it is inlined into its caller.
-inline SurfaceStrip TileSampler::continued(std::size_t slot) const {
+inline SurfaceStrip TileSampler::extrapolated(std::size_t slot) const {
   const Pixel& pixel = pixels_[slot];
   const Sample& known = centre(slot);
   const RayWorld::UvSlope& uv_slope = world_.parts()[0].uv_slopes[known.triangle];

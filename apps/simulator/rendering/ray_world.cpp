@@ -242,7 +242,7 @@ void RayWorld::cast_outlines() {
 }
 
 // False for most sunlit points, which saves tracing the actors.
-bool RayWorld::near_outline(const RayPacket& packet) const {
+bool RayWorld::may_be_shaded_by_actor(const RayPacket& packet) const {
   using Column = Eigen::Map<const Eigen::ArrayXf>;
   const auto count = static_cast<Eigen::Index>(packet.count);
   const Column x(packet.origin_x.data(), count);
@@ -309,7 +309,7 @@ void RayWorld::trace_shadow(RayPacket& packet) const {
     fill_rays(packet, group * kWidth, groups[group]);
   }
   const std::span rays(groups.data(), count);
-  if (near_outline(packet)) {
+  if (may_be_shaded_by_actor(packet)) {
     occlude(handles_->actors.get(), rays);
   }
   occlude(handles_->meshes[0].get(), rays);

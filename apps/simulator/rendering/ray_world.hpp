@@ -94,7 +94,7 @@ class RayWorld {
  private:
   struct Handles;
   void cast_outlines();
-  [[nodiscard]] bool near_outline(const RayPacket& packet) const;
+  [[nodiscard]] bool may_be_shaded_by_actor(const RayPacket& packet) const;
 
   const Scene& scene_;
   Eigen::Vector3f to_sun_;

@@ -41,7 +41,7 @@ bool overlap(const Place& a, const Place& b) {
   return std::none_of(axes.begin(), axes.end(), apart_along);
 }
 
-bool somebody_meets_at(const Scene& scene, double time_s) {
+bool collides_at(const Scene& scene, double time_s) {
   constexpr double kCameraReach_m = 0.7;
   constexpr double kFlyOver_m = 1.0;
   const Eigen::Vector3d view = scene.T_scene_cam(time_s).translation;
@@ -61,9 +61,9 @@ bool somebody_meets_at(const Scene& scene, double time_s) {
 
 }  // namespace
 
-bool somebody_meets(const Scene& scene) {
+bool has_collision(const Scene& scene) {
   for (int frame = 0; frame < scene.frames; ++frame) {
-    if (somebody_meets_at(scene, frame / scene.rate_hz)) {
+    if (collides_at(scene, frame / scene.rate_hz)) {
       return true;
     }
   }

@@ -6,6 +6,6 @@
 namespace kinetrace::simulator {
 
 /// True if at any frame two actors, or an actor and the camera, come closer than people and drivers would allow.
-[[nodiscard]] bool somebody_meets(const Scene& scene);
+[[nodiscard]] bool has_collision(const Scene& scene);
 
 }  // namespace kinetrace::simulator

@@ -27,12 +27,12 @@ constexpr std::array<SceneEntry, 12> kScenes{{
 
 // The most varied world without collisions; the scene as designed has none.
 Scene make_world(const SceneEntry& entry, std::uint32_t world) {
-  for (const double liberty : {1.0, 0.6, 0.3, 0.0}) {
-    const Variation variation(world, liberty);
+  for (const double variation_strength : {1.0, 0.6, 0.3, 0.0}) {
+    const Variation variation(world, variation_strength);
     Scene scene = entry.make(variation);
     variation.apply(scene);
     scene.name = entry.name;
-    if (liberty == 0.0 || world == 1 || !somebody_meets(scene)) {
+    if (variation_strength == 0.0 || world == 1 || !has_collision(scene)) {
       return scene;
     }
   }

@@ -51,26 +51,26 @@ double Variation::draw(std::uint32_t purpose, std::uint32_t key) const noexcept 
 
 bool Variation::is_empty(std::uint32_t key) const noexcept {
   constexpr double kEmpty = 0.15;
-  return liberty_ > 0.0 && draw(5, key) < 2.0 * kEmpty - 1.0;
+  return variation_strength_ > 0.0 && draw(5, key) < 2.0 * kEmpty - 1.0;
 }
 
 double Variation::place_m(double first_m, std::uint32_t key) const noexcept {
   constexpr double kMax_m = 0.8;
-  return first_m + liberty_ * kMax_m * draw(6, key);
+  return first_m + variation_strength_ * kMax_m * draw(6, key);
 }
 
 double Variation::height_m(std::uint32_t key) const noexcept {
   constexpr double kMax_m = 0.16;
-  return kPersonHeight_m + liberty_ * kMax_m * draw(7, key);
+  return kPersonHeight_m + variation_strength_ * kMax_m * draw(7, key);
 }
 
 SpeedProfile Variation::paced(SpeedProfile speed, std::uint32_t key) const {
   constexpr double kMax = 0.07;
-  return speed.scaled(1.0 - 0.5 * kMax * liberty_ * (1.0 + draw(8, key)));
+  return speed.scaled(1.0 - 0.5 * kMax * variation_strength_ * (1.0 + draw(8, key)));
 }
 
 Trajectory Variation::aside(Trajectory trajectory, double most_m, std::uint32_t key) const {
-  const double left_m = liberty_ * most_m * draw(9, key);
+  const double left_m = variation_strength_ * most_m * draw(9, key);
   return [trajectory = std::move(trajectory), left_m](double time_s) {
     Se3 pose = trajectory(time_s);
     pose.translation += left_m * pose.rotation.col(2);

@@ -14,9 +14,9 @@ namespace kinetrace::simulator {
 /// place to park and height. Keys distinguish vehicles and people.
 class Variation {
  public:
-  /// `liberty` in [0, 1]: how far vehicles and people may depart from the design.
-  explicit Variation(std::uint32_t world = 1, double liberty = 1.0)
-      : world_(world), liberty_(world == 1 ? 0.0 : liberty) {}
+  /// `variation_strength` in [0, 1]: how far vehicles and people may depart from the design.
+  explicit Variation(std::uint32_t world = 1, double variation_strength = 1.0)
+      : world_(world), variation_strength_(world == 1 ? 0.0 : variation_strength) {}
 
   /// Seed of a scene's other random choices.
   [[nodiscard]] std::uint32_t seed(std::uint32_t first) const noexcept;
@@ -42,7 +42,7 @@ class Variation {
   [[nodiscard]] double draw(std::uint32_t purpose, std::uint32_t key) const noexcept;
 
   std::uint32_t world_;
-  double liberty_;
+  double variation_strength_;
 };
 
 }  // namespace kinetrace::simulator

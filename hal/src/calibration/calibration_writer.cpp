@@ -5,9 +5,12 @@
 #include <iterator>
 #include <vector>
 
+#include "calibration/calibration_files.hpp"
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/hal/rig_calibration.hpp"
 #include "util/messages.hpp"
+#include "util/text_file.hpp"
 
 namespace kinetrace::hal {
 namespace {
@@ -133,6 +136,15 @@ Se3 pose_of(const RectifyingTransforms& given) {
   return {back * given.R_left, back * (centre(given.P_left) - centre(given.P_right))};
 }
 
+// By content: whatever the name's extension is, YAML will be written.
+template <bool (*is_kind)(const YamlDocument&)>
+bool holds(const std::filesystem::path& path) {
+  const auto document = read_text(path, kMaxCalibrationBytes).and_then([&path](std::string text) {
+    return YamlDocument::parse(path, std::move(text));
+  });
+  return document && is_kind(*document);
+}
+
 }  // namespace
 
 RigCalibration to_raw_rig(const RigCalibration& rig) {
@@ -163,6 +175,13 @@ Status write_rig_calibration(const RigCalibration& rig, const std::filesystem::p
   return rig_calibration_text(rig, format, remarks).and_then([&path](const std::string& text) {
     return replace_file(path, text);
   });
+}
+
+Status check_calibration_place(const std::filesystem::path& path, CalibrationFormat format) {
+  const FileKind kind = format == CalibrationFormat::kKalibr
+                            ? FileKind{"camchain of Kalibr", &holds<&is_kalibr_camchain>}
+                            : FileKind{"calibration in OpenCV's YAML", &holds<&is_opencv_stereo>};
+  return first_failure({check_replaceable(path), check_same_kind(path, kind)});
 }
 
 }  // namespace kinetrace::hal

@@ -35,7 +35,7 @@ Result<Place> find(const std::vector<YamlDocument>& files, const Keys& keys) {
 
 // The files of one calibration complement each other. The same key in two files means two calibrations, one of them
 // perhaps outdated.
-Status say_it_once(const std::vector<YamlDocument>& files, const Keys& keys) {
+Status require_unique_key(const std::vector<YamlDocument>& files, const Keys& keys) {
   const YamlDocument* first = nullptr;
   for (const YamlDocument& file : files) {
     if (file.first_of(keys).empty()) {
@@ -137,8 +137,8 @@ bool is_opencv_stereo(const YamlDocument& file) {
 
 Result<RigCalibration> read_opencv_stereo(const std::vector<YamlDocument>& files, const ImageSize& size) {
   for (const Keys& keys : {intrinsics_keys("1"), intrinsics_keys("2"), Keys{"R"}, Keys{"T"}}) {
-    if (const Status once = say_it_once(files, keys); !once) {
-      return Unexpected(once.error());
+    if (const Status unique = require_unique_key(files, keys); !unique) {
+      return Unexpected(unique.error());
     }
   }
   const LensModel lens = is_fisheye(files) ? LensModel::kEquidistant : LensModel::kRadialTangential;

@@ -157,7 +157,7 @@ Status CaptureStream::restart(const Error& cause) {
 }
 
 // Handles a call of next() without an image.
-Result<std::optional<SyncFrame>> CaptureStream::initiate_tracks(const Error& error) {
+Result<std::optional<SyncFrame>> CaptureStream::handle_no_image(const Error& error) {
   if (error.code == ErrorCode::kTimeout) {
     note_empty();
     return std::nullopt;
@@ -194,7 +194,7 @@ std::int64_t CaptureStream::number_of(const CapturedImage& image, std::optional<
 Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
   const Result<CapturedImage> image = device_->next(std::chrono::milliseconds(0));
   if (!image) {
-    return initiate_tracks(image.error());
+    return handle_no_image(image.error());
   }
   last_image_ns_ = environment_->now_ns();
   restarts_in_a_row_ = 0;

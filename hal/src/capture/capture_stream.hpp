@@ -60,7 +60,7 @@ class CaptureStream {
 
   CaptureStream(std::string view, CaptureConfig config, LuminanceReader reader, CaptureEnvironment& environment);
   [[nodiscard]] Status restart(const Error& cause);
-  [[nodiscard]] Result<std::optional<SyncFrame>> initiate_tracks(const Error& error);
+  [[nodiscard]] Result<std::optional<SyncFrame>> handle_no_image(const Error& error);
   [[nodiscard]] std::int64_t plausible_time_ns(const CapturedImage& image, CameraCounters& counters) noexcept;
   std::int64_t number_of(const CapturedImage& image, std::optional<std::int64_t> time_ns) noexcept;
   [[nodiscard]] bool is_the_same(const CaptureInfo& info) const;

@@ -81,8 +81,8 @@ std::int64_t distance_ns(const TimedImage& a, const TimedImage& b) {
 
 // Whether images[i] has no partner: the next image of the other side is too late, or nearer to the successor of
 // images[i].
-bool stands_alone(const std::vector<TimedImage>& images, std::size_t i, const std::vector<TimedImage>& others,
-                  std::size_t other, std::int64_t period_ns) {
+bool has_no_partner(const std::vector<TimedImage>& images, std::size_t i, const std::vector<TimedImage>& others,
+                    std::size_t other, std::int64_t period_ns) {
   if (i == images.size()) {
     return false;
   }
@@ -101,9 +101,9 @@ std::vector<std::pair<const TimedImage*, const TimedImage*>> matched(const std::
   std::size_t l = 0;
   std::size_t r = 0;
   while (l < left.size() || r < right.size()) {
-    if (stands_alone(left, l, right, r, period_ns)) {
+    if (has_no_partner(left, l, right, r, period_ns)) {
       pairs.emplace_back(&left[l++], nullptr);
-    } else if (stands_alone(right, r, left, l, period_ns)) {
+    } else if (has_no_partner(right, r, left, l, period_ns)) {
       pairs.emplace_back(nullptr, &right[r++]);
     } else {
       pairs.emplace_back(&left[l++], &right[r++]);

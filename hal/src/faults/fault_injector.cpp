@@ -25,7 +25,7 @@ std::uint64_t mixed(std::uint64_t x) noexcept {
 }
 
 // In [0, 1), a function of seed, kind and frame.
-double lot(std::uint64_t seed, FaultKind kind, std::int64_t number) noexcept {
+double uniform_hash(std::uint64_t seed, FaultKind kind, std::int64_t number) noexcept {
   const std::uint64_t bits =
       mixed(mixed(seed ^ (static_cast<std::uint64_t>(kind) << 56U)) + static_cast<std::uint64_t>(number));
   return std::ldexp(static_cast<double>(bits >> 11U), -53);
@@ -34,7 +34,7 @@ double lot(std::uint64_t seed, FaultKind kind, std::int64_t number) noexcept {
 }  // namespace
 
 void FaultInjector::carve(int width_px, int height_px, Arena& arena, Storage& storage) {
-  for (auto* pair : {&storage.spoilt, &storage.kept}) {
+  for (auto* pair : {&storage.modified, &storage.kept}) {
     for (MutableGrayView& image : *pair) {
       image = take_image<std::uint8_t>(arena, width_px, height_px);
     }
@@ -98,7 +98,7 @@ const Fault* FaultInjector::active(FaultKind kind, std::int64_t number) const no
   for (const Fault& fault : plan_.faults) {
     const std::int64_t last = kind == FaultKind::kClock ? std::numeric_limits<std::int64_t>::max() : fault.last;
     if (fault.kind == kind && number >= fault.first && number <= last &&
-        (fault.probability >= 1.0 || lot(plan_.seed, kind, number) < fault.probability)) {
+        (fault.probability >= 1.0 || uniform_hash(plan_.seed, kind, number) < fault.probability)) {
       return &fault;
     }
   }
@@ -149,7 +149,7 @@ Result<StereoFrame> FaultInjector::produce(std::chrono::milliseconds timeout) {
     if (!has_room_for(*frame)) {
       return frame;
     }
-    spoil(*frame, number);
+    apply_faults(*frame, number);
     if (active(FaultKind::kReorder, number) != nullptr && !held_back_) {
       held_back_ = keep(*frame);
       continue;
@@ -192,7 +192,7 @@ Status FaultInjector::recover() {
   return {};
 }
 
-void FaultInjector::spoil(StereoFrame& frame, std::int64_t number) {
+void FaultInjector::apply_faults(StereoFrame& frame, std::int64_t number) {
   lag_right(frame, active(FaultKind::kDesync, number) != nullptr);
   if (const Fault* fault = active(FaultKind::kCorrupt, number)) {
     cut_off(frame, number, fault->value);
@@ -209,18 +209,18 @@ void FaultInjector::spoil(StereoFrame& frame, std::int64_t number) {
 }
 
 void FaultInjector::cut_off(StereoFrame& frame, std::int64_t number, double percent) {
-  const bool is_left = lot(plan_.seed, FaultKind::kCorrupt, ~number) < 0.5;
+  const bool is_left = uniform_hash(plan_.seed, FaultKind::kCorrupt, ~number) < 0.5;
   GrayView& image = is_left ? frame.left : frame.right;
-  const MutableGrayView spoilt = storage_.spoilt[is_left ? 0 : 1];
+  const MutableGrayView modified = storage_.modified[is_left ? 0 : 1];
   // A delayed view has been copied already.
-  if (image.data != spoilt.data) {
-    copy_image(image, spoilt);
+  if (image.data != modified.data) {
+    copy_image(image, modified);
   }
   const int arrived = static_cast<int>(image.height * (1.0 - percent / 100.0));
   for (int y = arrived; y < image.height; ++y) {
-    std::fill_n(spoilt.row(y), spoilt.width, kUnfilled);
+    std::fill_n(modified.row(y), modified.width, kUnfilled);
   }
-  image = spoilt;
+  image = modified;
 }
 
 // Copies only if the plan delays a view.
@@ -230,7 +230,7 @@ void FaultInjector::lag_right(StereoFrame& frame, bool lags) {
   if (!ever) {
     return;
   }
-  const MutableGrayView before = storage_.spoilt[1];
+  const MutableGrayView before = storage_.modified[1];
   if (has_last_right_) {
     copy_image<std::uint8_t>(storage_.last_right, before);
   }

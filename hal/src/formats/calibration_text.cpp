@@ -74,9 +74,9 @@ CameraModel lens_of(const Numbers& values) {
 }
 
 // Values of the text by key; each key has a fixed number of values.
-class Lines {
+class KeyValues {
  public:
-  explicit Lines(std::string_view text) {
+  explicit KeyValues(std::string_view text) {
     for (const std::string_view each : content_lines(text)) {
       const std::size_t colon = each.find(':');
       if (colon != std::string_view::npos) {
@@ -151,24 +151,24 @@ std::string calibration_text(const RigCalibration& rig) {
 }
 
 Result<RigCalibration> parse_calibration_text(std::string_view text, const std::string& source) {
-  const Lines lines(text);
+  const KeyValues key_values(text);
   RigCalibration rig;
   rig.source = source;
-  if (lines.has("rectified", kRectifiedNumbers)) {
-    const Numbers& v = lines.of("rectified");
+  if (key_values.has("rectified", kRectifiedNumbers)) {
+    const Numbers& v = key_values.of("rectified");
     rig.rectified = StereoGeometry{v[0], v[1], v[2], v[3], v[4], whole_pixels(v[5]), whole_pixels(v[6])};
     return rig;
   }
-  if (!lines.has("left", kLensNumbers) || !lines.has("right", kLensNumbers) ||
-      !lines.has("T_right_left", kPoseNumbers)) {
+  if (!key_values.has("left", kLensNumbers) || !key_values.has("right", kLensNumbers) ||
+      !key_values.has("T_right_left", kPoseNumbers)) {
     return fail(ErrorCode::kBadCalibration, source + ": holds no calibration that this version can read");
   }
-  rig.left = lens_of(lines.of("left"));
-  rig.right = lens_of(lines.of("right"));
-  const Numbers& T = lines.of("T_right_left");
+  rig.left = lens_of(key_values.of("left"));
+  rig.right = lens_of(key_values.of("right"));
+  const Numbers& T = key_values.of("T_right_left");
   rig.T_right_left = {matrix_at<3, 3>(T, 0), {T[9], T[10], T[11]}};
-  if (lines.has("given", kGivenNumbers)) {
-    rig.given = given_of(lines.of("given"));
+  if (key_values.has("given", kGivenNumbers)) {
+    rig.given = given_of(key_values.of("given"));
   }
   return rig;
 }

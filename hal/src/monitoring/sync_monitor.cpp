@@ -12,15 +12,15 @@ namespace {
 
 constexpr int kMinMatches = 8;
 // In pixels of the full images. Good pairs have a median residual of 0.1 px, at most 0.3 px.
-constexpr double kSurelyOff_px = 0.25;
+constexpr double kMinAsyncResidual_px = 0.25;
 constexpr double kMuchBetter = 0.5;
 // Ten times the error of a good match: the sign of such a disparity is certain.
 constexpr double kSurelyShifted_px = 1.0;
 // For pairs with skipped frames in between: maximum distance in frames, minimum image motion in rows per frame, and
 // residual in frames that counts as out of step.
 constexpr int kMaxApart = 3;
-constexpr double kMuchMotion_px = 0.75;
-constexpr double kMostlyOff = 0.6;
+constexpr double kMinMotion_px = 0.75;
+constexpr double kOutOfStepFrames = 0.6;
 
 }  // namespace
 
@@ -143,9 +143,9 @@ void SyncMonitor::vote(const Residual& same, const Residual& right_late, const R
   const double late_px = effective_px(right_late);
   const double early_px = effective_px(right_early);
   const double other_px = std::min(late_px, early_px);
-  if (same_px > kSurelyOff_px && other_px < kMuchBetter * same_px) {
+  if (same_px > kMinAsyncResidual_px && other_px < kMuchBetter * same_px) {
     cast(late_px < early_px ? SyncVerdict::kRightLate : SyncVerdict::kRightEarly);
-  } else if (other_px > kSurelyOff_px && same_px < kMuchBetter * other_px) {
+  } else if (other_px > kMinAsyncResidual_px && same_px < kMuchBetter * other_px) {
     cast(SyncVerdict::kInStep);
   }
 }
@@ -159,15 +159,15 @@ void SyncMonitor::vote_by_motion(const Residual& same, const Residual& right_lat
     return;
   }
   const double motion_px = (right_late.median_px + right_early.median_px) / (2.0 * frames_apart);
-  if (motion_px < kMuchMotion_px) {
+  if (motion_px < kMinMotion_px) {
     return;
   }
   // In frames; for uniform motion both are 0 in step and 1 out of step.
   const double late = (right_early.median_px - right_late.median_px) / (2.0 * motion_px);
   const double off = same.median_px / motion_px;
-  if (std::abs(late) > kMostlyOff && off > kMostlyOff) {
+  if (std::abs(late) > kOutOfStepFrames && off > kOutOfStepFrames) {
     cast(late > 0.0 ? SyncVerdict::kRightLate : SyncVerdict::kRightEarly);
-  } else if (std::abs(late) < 1.0 - kMostlyOff && off < 1.0 - kMostlyOff) {
+  } else if (std::abs(late) < 1.0 - kOutOfStepFrames && off < 1.0 - kOutOfStepFrames) {
     cast(SyncVerdict::kInStep);
   }
 }

@@ -35,9 +35,9 @@ Result<RigCalibration> corrected_rig(const RigCalibration& calibration, const Re
   RigCalibration corrected = to_raw_rig(calibration);
   const Eigen::Vector3d direction(1.0, correction.baseline_rad.x(), correction.baseline_rad.y());
   // Corrects the rotation of the rectified right camera, then undoes the rectification of both views.
-  const Eigen::Matrix3d R_raw_promised = plan->R_right.transpose() * so3_exp(-correction.turn_rad);
-  corrected.T_right_left.rotation = R_raw_promised * plan->R_left;
-  corrected.T_right_left.translation = -R_raw_promised * (plan->geometry.baseline_m * direction.normalized());
+  const Eigen::Matrix3d R_right_raw_left_rect = plan->R_right.transpose() * so3_exp(-correction.turn_rad);
+  corrected.T_right_left.rotation = R_right_raw_left_rect * plan->R_left;
+  corrected.T_right_left.translation = -R_right_raw_left_rect * (plan->geometry.baseline_m * direction.normalized());
   corrected.left = with_focal(corrected.left, 1.0 + correction.focal);
   corrected.right = with_focal(corrected.right, 1.0 + correction.focal);
   corrected.right.cx_px -= correction.shift_rad * corrected.right.fx_px;

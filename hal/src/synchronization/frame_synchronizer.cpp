@@ -55,7 +55,7 @@ void FrameSynchronizer::Stream::remember(std::int64_t time_ns) noexcept {
 }
 
 std::int64_t FrameSynchronizer::offset_ns() const noexcept {
-  return jump_ns_ + std::llround(offset_ns_);
+  return coarse_offset_ns_ + std::llround(offset_ns_);
 }
 
 double FrameSynchronizer::predicted_offset_ns(std::int64_t left_time_ns) const noexcept {
@@ -63,8 +63,8 @@ double FrameSynchronizer::predicted_offset_ns(std::int64_t left_time_ns) const n
   return offset_ns_ + drift_ * static_cast<double>(since_ns);
 }
 
-double FrameSynchronizer::misfit_ns(const SyncFrame& left, const SyncFrame& right) const noexcept {
-  return static_cast<double>(right.time_ns - left.time_ns - jump_ns_) - predicted_offset_ns(left.time_ns);
+double FrameSynchronizer::innovation_ns(const SyncFrame& left, const SyncFrame& right) const noexcept {
+  return static_cast<double>(right.time_ns - left.time_ns - coarse_offset_ns_) - predicted_offset_ns(left.time_ns);
 }
 
 void FrameSynchronizer::drop(View view, const SyncFrame& frame, SyncDrop::Reason reason) noexcept {
@@ -136,14 +136,14 @@ std::optional<SyncPair> FrameSynchronizer::next_pair() noexcept {
   Stream& right = stream(View::kRight);
   const auto tolerance_ns = static_cast<double>(config_.tolerance_ns);
   while (left.count > 0 && right.count > 0) {
-    const double misfit = misfit_ns(left.front(), right.front());
+    const double innovation = innovation_ns(left.front(), right.front());
     const bool next_right_is_nearer =
-        right.count > 1 && std::abs(misfit_ns(left.front(), right.waiting[1])) < std::abs(misfit);
+        right.count > 1 && std::abs(innovation_ns(left.front(), right.waiting[1])) < std::abs(innovation);
     const bool next_left_is_nearer =
-        left.count > 1 && std::abs(misfit_ns(left.waiting[1], right.front())) < std::abs(misfit);
-    if (misfit < -tolerance_ns || next_right_is_nearer) {
+        left.count > 1 && std::abs(innovation_ns(left.waiting[1], right.front())) < std::abs(innovation);
+    if (innovation < -tolerance_ns || next_right_is_nearer) {
       drop_front(View::kRight);
-    } else if (misfit > tolerance_ns || next_left_is_nearer) {
+    } else if (innovation > tolerance_ns || next_left_is_nearer) {
       drop_front(View::kLeft);
     } else {
       const SyncPair pair{left.pop(), right.pop()};
@@ -158,11 +158,11 @@ std::optional<SyncPair> FrameSynchronizer::next_pair() noexcept {
 }
 
 void FrameSynchronizer::learn(const SyncPair& pair) noexcept {
-  const double misfit = misfit_ns(pair.left, pair.right);
+  const double innovation = innovation_ns(pair.left, pair.right);
   const std::int64_t step_ns = offset_time_ns_ ? pair.left.time_ns - *offset_time_ns_ : 0;
-  offset_ns_ = predicted_offset_ns(pair.left.time_ns) + kOffsetGain * misfit;
+  offset_ns_ = predicted_offset_ns(pair.left.time_ns) + kOffsetGain * innovation;
   if (step_ns > 0) {
-    drift_ = std::clamp(drift_ + kDriftGain * misfit / static_cast<double>(step_ns), -kMaxDrift, kMaxDrift);
+    drift_ = std::clamp(drift_ + kDriftGain * innovation / static_cast<double>(step_ns), -kMaxDrift, kMaxDrift);
   }
   offset_time_ns_ = pair.left.time_ns;
   const auto period_ns = static_cast<double>(config_.period_ns);
@@ -179,15 +179,17 @@ void FrameSynchronizer::relock() noexcept {
   left.since_pair = 0;
   right.since_pair = 0;
   const std::int64_t newest_ns = right.times_ns[right.remembered - 1] - left.times_ns[left.remembered - 1];
-  const std::int64_t apart_ns = newest_ns - jump_ns_;
-  const std::int64_t jump_ns = std::llabs(apart_ns) > kJumpPeriods * config_.period_ns ? newest_ns : jump_ns_;
+  const std::int64_t apart_ns = newest_ns - coarse_offset_ns_;
+  const std::int64_t coarse_offset_ns =
+      std::llabs(apart_ns) > kJumpPeriods * config_.period_ns ? newest_ns : coarse_offset_ns_;
   const auto period_ns = static_cast<double>(config_.period_ns);
   // Sorts the whole array, whose size is a compile-time constant: unused elements are infinite and sort last.
   std::array<double, kRemembered> differences_ns{};
   differences_ns.fill(std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < left.remembered; ++i) {
-    const auto reference = static_cast<double>(newest_ns - jump_ns);
-    const auto difference = static_cast<double>(right.times_ns[right.remembered - 1] - left.times_ns[i] - jump_ns);
+    const auto reference = static_cast<double>(newest_ns - coarse_offset_ns);
+    const auto difference =
+        static_cast<double>(right.times_ns[right.remembered - 1] - left.times_ns[i] - coarse_offset_ns);
     differences_ns[i] = reference + std::remainder(difference - reference, period_ns);
   }
   std::sort(differences_ns.begin(), differences_ns.end());
@@ -196,7 +198,7 @@ void FrameSynchronizer::relock() noexcept {
   if (differences_ns[left.remembered - 1] - middle > tolerance_ns || middle - differences_ns[0] > tolerance_ns) {
     return;
   }
-  jump_ns_ = jump_ns;
+  coarse_offset_ns_ = coarse_offset_ns;
   offset_ns_ = std::remainder(middle, period_ns);
   drift_ = 0.0;
   offset_time_ns_.reset();

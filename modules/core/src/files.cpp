@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <fcntl.h>
+#include <fstream>
 #include <string>
 #include <system_error>
 #include <unistd.h>
@@ -161,6 +162,31 @@ Status check_replaceable(const fs::path& path) {
     return not_written(path, EISDIR);
   }
   return ::access(folder.c_str(), W_OK | X_OK) == 0 ? Status{} : Status(not_written(path, errno));
+}
+
+Status check_same_kind(const fs::path& path, const FileKind& kind) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error) || fs::file_size(path, error) == 0 || kind.is_of_kind(path)) {
+    return {};
+  }
+  return fail(ErrorCode::kOccupied,
+              path.string().append(": is there already, and is no ").append(kind.name).append("; name another place"));
+}
+
+bool begins_with(const fs::path& path, std::string_view text) {
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(text.size(), '\0');
+  return file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == text;
+}
+
+bool is_inside(const fs::path& path, const fs::path& folder) {
+  std::error_code error;
+  const fs::path inner = fs::weakly_canonical(fs::absolute(path, error), error);
+  fs::path outer = fs::weakly_canonical(fs::absolute(folder, error), error);
+  if (!outer.has_filename()) {
+    outer = outer.parent_path();  // The name ended with a slash.
+  }
+  return !outer.empty() && std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
 }
 
 Status replace_file(const fs::path& path, std::string_view content) {

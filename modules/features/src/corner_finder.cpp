@@ -16,9 +16,9 @@ constexpr int kRows = 3;
 // Vector loads reach this far beyond the columns in use.
 constexpr int kSpill = 16;
 // Features closer than this share their patch and are redundant.
-constexpr int kUponRadius = 1;
+constexpr int kCoincidentRadius = 1;
 constexpr std::uint8_t kNear = 1;
-constexpr std::uint8_t kUpon = 2;
+constexpr std::uint8_t kCoincident = 2;
 
 int halved(float v) noexcept {
   return static_cast<int>(v * 0.5F);
@@ -58,8 +58,8 @@ void OccupancyMap::add(const Eigen::Vector2f& position_px) noexcept {
   for (int row = std::max(0, y - radius_); row <= std::min(map_.height - 1, y + radius_); ++row) {
     std::uint8_t* const pixels = map_.row(row);
     for (int column = std::max(0, x - radius_); column <= std::min(map_.width - 1, x + radius_); ++column) {
-      const bool upon = std::abs(row - y) <= kUponRadius && std::abs(column - x) <= kUponRadius;
-      pixels[column] = static_cast<std::uint8_t>(pixels[column] | kNear | (upon ? kUpon : 0));
+      const bool coincides = std::abs(row - y) <= kCoincidentRadius && std::abs(column - x) <= kCoincidentRadius;
+      pixels[column] = static_cast<std::uint8_t>(pixels[column] | kNear | (coincides ? kCoincident : 0));
     }
   }
 }
@@ -68,8 +68,8 @@ bool OccupancyMap::near(float x_px, float y_px) const noexcept {
   return (map_.at(halved(x_px), halved(y_px)) & kNear) != 0;
 }
 
-bool OccupancyMap::upon(float x_px, float y_px) const noexcept {
-  return (map_.at(halved(x_px), halved(y_px)) & kUpon) != 0;
+bool OccupancyMap::coincides(float x_px, float y_px) const noexcept {
+  return (map_.at(halved(x_px), halved(y_px)) & kCoincident) != 0;
 }
 
 CornerFinder::CornerFinder(const FeatureConfig& config, Arena& arena, int width_px, int height_px)

@@ -35,7 +35,7 @@ class OccupancyMap {
   /// True within the minimum distance of a feature.
   [[nodiscard]] bool near(float x_px, float y_px) const noexcept;
   /// True practically on top of a feature.
-  [[nodiscard]] bool upon(float x_px, float y_px) const noexcept;
+  [[nodiscard]] bool coincides(float x_px, float y_px) const noexcept;
 
  private:
   MutableGrayView map_;

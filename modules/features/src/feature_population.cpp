@@ -11,7 +11,7 @@ namespace {
 // A body with fewer features accepts those at its border.
 constexpr int kFewFeatures = 10;
 // A body with fewer features accepts any, to have a position at all.
-constexpr int kHardlyAnyFeatures = 3;
+constexpr int kMinFeatures = 3;
 
 /// Live features, by body.
 std::array<int, 256> count_features(std::span<const FeatureSlot> slots) noexcept {
@@ -24,7 +24,7 @@ std::array<int, 256> count_features(std::span<const FeatureSlot> slots) noexcept
 
 /// True if a feature's patch represents its body; less strict for bodies with few others.
 bool fit_for_body(LabelView labels, const Eigen::Vector2f& position_px, std::uint8_t body, int others) noexcept {
-  return labels.empty() || others < kHardlyAnyFeatures ||
+  return labels.empty() || others < kMinFeatures ||
          (clear_of_other_objects(labels, position_px, body) &&
           (others < kFewFeatures || well_inside(labels, position_px, body)));
 }
@@ -95,7 +95,7 @@ void FeaturePopulation::thin_out(std::span<FeatureSlot> slots, FeatureCounters& 
       slot.end(counters.lost_limit);
       continue;
     }
-    if (occupancy_.upon(position.x(), position.y())) {
+    if (occupancy_.coincides(position.x(), position.y())) {
       slot.end(counters.lost_crowded);
       continue;
     }

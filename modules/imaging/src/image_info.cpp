@@ -146,4 +146,9 @@ InPlaceResult<ImageInfo> read_image_info(const char* path) {
   return file_error(ErrorCode::kUnsupported, path, {"is no PNG, JPEG or binary PGM image; convert it to PNG"});
 }
 
+bool is_png(const char* path, int channels, int bit_depth) {
+  const InPlaceResult<ImageInfo> info = read_image_info(path);
+  return info && info->format == ImageFormat::kPng && info->channels == channels && info->bit_depth == bit_depth;
+}
+
 }  // namespace kinetrace::imaging

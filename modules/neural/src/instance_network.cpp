@@ -86,7 +86,11 @@ Status check_input(const ModelConfig& model, const OnnxSummary& onnx) {
 
 Status check_file(const ModelConfig& model) {
   if (model.family == ModelFamily::kMaskRcnn) {
-    return {};
+    return std::filesystem::path(model.file).extension() == ".onnx"
+               ? Status(fail(ErrorCode::kInvalidConfig,
+                             model.file + ": family mask-rcnn takes a frozen graph of TensorFlow (.pb), not an ONNX "
+                                          "model; name the graph, or another family"))
+               : Status();
   }
   const Result<OnnxSummary> onnx = summarize_onnx(model.file);
   if (!onnx) {

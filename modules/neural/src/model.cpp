@@ -9,7 +9,8 @@ namespace kinetrace::neural {
 namespace {
 
 constexpr int kStride = 32;  // Of the coarsest level.
-constexpr int kMaxPixels = 4096 * 4096;
+constexpr int kMaxSide = 4096;
+constexpr int kMaxPixels = kMaxSide * kMaxSide;
 
 int rounded_up(int size) noexcept {
   return (size + kStride - 1) / kStride * kStride;
@@ -18,8 +19,8 @@ int rounded_up(int size) noexcept {
 Status check_input(const ModelConfig& model) {
   const ModelInput& input = model.input;
   Status in_range = first_failure({
-      check_range("input.width", input.width_px, kStride, 4096),
-      check_range("input.height", input.height_px, kStride, 4096),
+      check_range("input.width", input.width_px, kStride, kMaxSide),
+      check_range("input.height", input.height_px, kStride, kMaxSide),
       check_range("input.pixels", input.max_pixels, 0, kMaxPixels),
       check_range("input.pad", input.pad, 0, 255),
       check_range("input.scale", input.scale, 1e-6F, 1e6F),
@@ -68,11 +69,12 @@ ModelInput ModelInput::sized_for(int picture_width_px, int picture_height_px) co
   const auto height_at = [&](int input_width) {
     return rounded_up(static_cast<int>((std::int64_t{height} * input_width + width - 1) / width));
   };
-  sized.width_px = rounded_up(width);
+  sized.width_px = std::min(rounded_up(width), kMaxSide);
   while (sized.width_px > kStride && std::int64_t{sized.width_px} * height_at(sized.width_px) > max_pixels) {
     sized.width_px -= kStride;
   }
-  sized.height_px = height_at(sized.width_px);
+  const int most = std::clamp(max_pixels / sized.width_px / kStride * kStride, kStride, kMaxSide);
+  sized.height_px = std::min(height_at(sized.width_px), most);
   sized.max_pixels = 0;
   return sized;
 }

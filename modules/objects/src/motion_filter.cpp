@@ -15,13 +15,14 @@
 namespace kinetrace::objects {
 namespace {
 
-/// What rests is found elsewhere by so much after a second: errors of the camera's path and of the masks.
+/// Apparent drift of an object at rest in one second: errors of the camera's path and of the masks.
 constexpr double kRestDrift_m = 0.02;
-/// Mean time for which something rests, most of it parked, and for which something moves before it stops in traffic.
+/// Mean dwell times: at rest, mostly parked, and moving, until a stop in traffic.
 constexpr std::array<double, 2> kDwell_s{200.0, 20.0};
-/// Errors of what is seen last so long: measurements of this time together tell the models apart once.
+/// Correlation time of measurement errors: the measurements of this time together count once for the model
+/// probabilities.
 constexpr double kErrorCorrelation_s = 0.5;
-/// Velocities are those of a path's middle, so long ago.
+/// A fitted velocity is that of the middle of its path, this long ago.
 constexpr double kVelocityLag_s = 0.3;
 /// 99.9 % of chi-square with two and three degrees of freedom.
 constexpr double kGate2 = 13.8;
@@ -29,14 +30,13 @@ constexpr double kGate3 = 16.3;
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
 constexpr int kIterations = 3;
 constexpr double kMinDepth_m = 0.1;
-/// Points of one object err together: more than a few features do not sharpen their median.
+/// Errors of the points of one object are correlated: more features do not improve their median.
 constexpr int kMaxIndependentFeatures = 4;
 constexpr double kMinProbability = 1e-6;
-/// Of what moves on streets, standard deviation: where a path says less than this about a velocity, most of it is
-/// error.
+/// Prior standard deviation of velocities on streets; a measured velocity less certain than this is mostly noise.
 constexpr double kUsualSpeed_mps = 20.0;
 
-/// A measurement of N numbers about a state: what is left of it, its derivative by position and velocity, its noise.
+/// A measurement of N numbers at a state: residual, Jacobian by position and velocity, covariance of its noise.
 template <int N>
 struct Observation {
   Eigen::Matrix<double, N, 1> residual;
@@ -44,7 +44,7 @@ struct Observation {
   Eigen::Matrix<double, N, N> noise;
 };
 
-/// (u_left, v, disparity) of a point in the camera frame, and its derivative there.
+/// (u_left, v, disparity) of a point in the camera frame, and its Jacobian.
 struct Projection {
   Eigen::Vector3d uvd_px;
   Eigen::Matrix3d derivative;
@@ -69,7 +69,7 @@ bool is_measured(const StereoPosition& seen) {
   return seen.features > 0 && seen.uvd_px.allFinite() && seen.uvd_px.z() > 0.0;
 }
 
-/// The first N of (u_left, v, disparity) of the visible part's middle, which lies `to_origin_m` off the object's
+/// The first N of (u_left, v, disparity) of the visible part's centre, from which `to_origin_m` leads to the object's
 /// origin.
 template <int N>
 std::optional<Observation<N>> observe_point(const Eigen::Matrix<double, N, 1>& seen_px,
@@ -102,8 +102,7 @@ std::optional<Observation<2>> observe(const Bearing& seen, double sigma_px, cons
   return observe_point<2>(seen.uv_px, seen.to_origin_m, sigma_px, seen.extent_sigma_m, geometry, T_world_cam, state);
 }
 
-// What is seen lies in its own direction, as far away as the seen part of the object; where it was before follows from
-// the velocity.
+// The point is on its measured ray, at the depth of the visible part; the velocity gives its previous position.
 std::optional<Observation<2>> observe(const ImageMotion& seen, double sigma_px, const StereoGeometry& geometry,
                                       const Se3& T_world_cam, const Vector6d& state) {
   const double depth_m = (T_world_cam.inverse() * Eigen::Vector3d(state.head<3>() - seen.to_origin_m)).z();
@@ -126,7 +125,7 @@ std::optional<Observation<2>> observe(const ImageMotion& seen, double sigma_px, 
   return out;
 }
 
-/// Normalised innovation squared, and the log of the innovation's density but for its constant.
+/// Normalised innovation squared, and the log density of the innovation up to a constant.
 struct Innovation {
   double distance = 0.0;
   double log_density = 0.0;
@@ -188,7 +187,7 @@ void MotionFilter::forget_velocity() noexcept {
       kUnknownSpeed_mps * kUnknownSpeed_mps * Eigen::Matrix3d::Identity();
 }
 
-// Who moves may stop, and who rests may go off: each model goes on from what either may have become.
+// IMM mixing: each model continues from both posteriors, weighted by the transition probabilities.
 MotionFilter::Models MotionFilter::mixed(double interval_s) const noexcept {
   const auto goes_on = [&](std::size_t model) { return std::exp(-interval_s / kDwell_s[model]); };
   Models out;
@@ -264,7 +263,7 @@ Matrix6d MotionFilter::pose_covariance(const Model& model, std::int64_t timestam
   return covariance;
 }
 
-// Iterated: linearised where the correction before it leads.
+// Iterated: relinearised at each corrected state.
 template <typename Seen, typename Observe>
 void MotionFilter::correct(Model& model, Seen seen, double noise_factor, const Observe& observed_at) {
   Vector6d before;
@@ -284,7 +283,7 @@ void MotionFilter::correct(Model& model, Seen seen, double noise_factor, const O
     gain = spread.ldlt().solve(seen.slope * model.covariance).transpose();
     correction = gain * (seen.residual + seen.slope * correction);
   }
-  // Joseph's form stays symmetric and positive.
+  // Joseph's form stays symmetric and positive semidefinite.
   const Matrix6d keep = Matrix6d::Identity() - gain * seen.slope;
   model.covariance = keep * model.covariance * keep.transpose() + gain * seen.noise * gain.transpose();
   model.pose.translation += correction.head<3>();
@@ -314,7 +313,7 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
     if (!fits[m]) {
       continue;
     }
-    // What rests shows the same side with the same error again and again: that tells its place once in so much time.
+    // An object at rest shows the same side with the same error: one independent position per correlation time.
     const double repeated = m == kStationary && weight > 0.0 ? 1.0 / weight : 1.0;
     correct(model, *seen, repeated, observed_at);
   }

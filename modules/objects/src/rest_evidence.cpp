@@ -8,10 +8,10 @@
 namespace kinetrace::objects {
 namespace {
 
-/// Orders of speed along each axis, m/s, standard deviations: a slow walk, a fast one, a vehicle in town, on a road.
+/// Standard deviations of the speed along each axis, m/s: a slow walk, a fast one, a vehicle in town, on a road.
 constexpr std::array<double, 4> kSpeeds_mps{0.3, 1.0, 3.0, 10.0};
 
-/// Log of the normal density, but for its constant.
+/// Log of the normal density, up to a constant.
 double log_density(const Eigen::Vector3d& value, const Eigen::Matrix3d& covariance, double sigma) {
   const Eigen::LDLT<Eigen::Matrix3d> solver(covariance + sigma * sigma * Eigen::Matrix3d::Identity());
   return -0.5 * (value.dot(solver.solve(value)) + solver.vectorD().array().log().sum());

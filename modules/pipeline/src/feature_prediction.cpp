@@ -5,8 +5,8 @@
 namespace kinetrace::pipeline {
 namespace {
 
-/// A body without motion yet, or a mover not yet distinguished from the background: its features go on as they went in
-/// the image.
+/// Features of a body without motion yet, or of a moving object not yet segmented from the background: constant image
+/// motion.
 void predict_unexplained(std::span<const Feature> previous, const sfm::BodyReconstruction& background,
                          std::span<FeaturePrediction> by_slot) {
   for (const Feature& feature : previous) {
@@ -31,7 +31,7 @@ void predict_features(std::span<const Feature> previous, const sfm::BodyReconstr
     if (!object.in_use()) {
       continue;
     }
-    // Until an object has shown how it moves, it is taken to stand still in the world.
+    // Until its motion is known, an object is assumed to be at rest in the world.
     const sfm::BodyReconstruction& body = object.body().history_size() < 2 ? background : object.body();
     body.predict_features(previous, object.track().label(), timestamp_ns, by_slot);
   }

@@ -10,8 +10,8 @@
 
 namespace kinetrace::pipeline {
 
-/// Each feature moves with its body; one that no body explains, as it went in the image. Writes `by_slot`, as long as
-/// there are slots.
+/// Each feature moves with its body; one that no body explains keeps its image motion. Writes `by_slot`, one entry for
+/// each slot.
 void predict_features(std::span<const Feature> previous, const sfm::BodyReconstruction& background,
                       std::span<const ObjectState> objects, std::int64_t timestamp_ns,
                       std::span<FeaturePrediction> by_slot);

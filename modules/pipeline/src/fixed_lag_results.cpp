@@ -5,14 +5,14 @@
 namespace kinetrace::pipeline {
 namespace {
 
-// Frames that are final but still say how an object has moved into the window.
+// Final frames that are kept because they constrain the motion into the window.
 constexpr std::size_t kFinalFramesBuffered = 2;
 
 std::size_t ring_frames(const PipelineConfig& config) {
   return static_cast<std::size_t>(config.background.window_frames) + 1 + kFinalFramesBuffered;
 }
 
-/// The track of a kept object has not ended since.
+/// The track of a buffered object has not ended since.
 bool is_of(const BufferedObject& entry, const ObjectState& object) {
   return object.alive() && object.track().id == entry.result.track_id;
 }

@@ -19,20 +19,20 @@ class FixedLagResults {
   /// Memory: for each frame of the window, its objects and 1.8 kB. The arena may turn out exhausted.
   FixedLagResults(const PipelineConfig& config, Arena& arena);
 
-  /// The newest frame, with the objects as they are known in it.
+  /// Adds the newest frame with its objects.
   void push(const RectifiedPair& pair, std::span<const ObjectState> objects);
-  /// Updates all frames of the window to what it knows by now: poses, smoothed paths, motions. Objects learn from their
-  /// smoothed paths how they move.
+  /// Updates all frames of the window: poses, smoothed paths, motions. Restarts the objects' motion filters from their
+  /// smoothed paths.
   void revise(const CameraTracker& camera, std::span<ObjectState> objects);
-  /// The object with this track id goes on in another slot.
+  /// The object with this track id continues in another slot.
   void move_slot(std::uint32_t track_id, std::uint8_t slot) noexcept { ring_.move_slot(track_id, slot); }
 
   [[nodiscard]] const BufferedFrame& newest() noexcept { return ring_.frame(0); }
-  /// The frame that has left the window with the newest one: final, and published once. Null while none has.
+  /// The frame that left the window as the newest one was added: final, returned once. Null if none has.
   [[nodiscard]] const BufferedFrame* finalise() noexcept {
     return pending_ > window_frames_ ? finalise_oldest() : nullptr;
   }
-  /// The oldest frame of the window, where no more frames come; null once all have been published.
+  /// After the last frame: the oldest one not yet published; null once all have been.
   [[nodiscard]] const BufferedFrame* drain() noexcept { return pending_ > 0 ? finalise_oldest() : nullptr; }
 
  private:

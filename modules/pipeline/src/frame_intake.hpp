@@ -1,4 +1,4 @@
-// Which pairs the pipeline takes: of the right size, in order of time, of one sequence.
+// Check of the pairs given to the pipeline: size, order of time, one sequence.
 #pragma once
 
 #include <cstdint>

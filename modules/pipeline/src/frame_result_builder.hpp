@@ -1,4 +1,4 @@
-// Fills in the result that one frame shows to the outside.
+// Builds the published result of a frame.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@
 
 namespace kinetrace::pipeline {
 
-/// Copies what is confirmed, so that what is kept may go on changing.
+/// Copies confirmed objects, so that buffered ones may still change.
 class FrameResultBuilder {
  public:
-  /// Memory: two rows and one body an object. The arena may turn out exhausted.
+  /// Memory: two rows and one body per object. The arena may turn out exhausted.
   FrameResultBuilder(const PipelineConfig& config, Arena& arena);
 
   void set_newest(const BufferedFrame& frame);
@@ -25,8 +25,8 @@ class FrameResultBuilder {
   void set_bodies(const sfm::BodyReconstruction& background, std::span<const ObjectState> objects);
   void clear_bodies() noexcept { result_.bodies = {}; }
   void set_frame(const RectifiedPair& pair, const TrackFrame& tracks, const FrameCounters& counters);
-  /// There is no frame any more: without tracks and images.
   void set_rig(const RigEstimate& rig) { result_.rig = rig; }
+  /// After the last frame: no tracks and images.
   void clear_frame() noexcept;
 
   [[nodiscard]] const FrameResult& result() const noexcept { return result_; }

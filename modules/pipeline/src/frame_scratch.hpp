@@ -1,4 +1,4 @@
-// What is handed from one module to another within a frame.
+// Buffers between modules within a frame.
 #pragma once
 
 #include <cstddef>

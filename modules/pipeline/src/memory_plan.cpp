@@ -1,4 +1,4 @@
-// The part of Pipeline that says how much memory it takes, before there is one.
+// The part of Pipeline that plans its memory before construction.
 #include "camera/rig_calibrator.hpp"
 #include "fixed_lag_results.hpp"
 #include "frame_result_builder.hpp"

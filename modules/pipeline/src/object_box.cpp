@@ -1,4 +1,4 @@
-// What a frame tells about the box of an object.
+// The part of ObjectState that gives the box estimator the evidence of a frame.
 #include <array>
 #include <cmath>
 #include <limits>
@@ -8,9 +8,9 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kPointDisparity_px = 0.1;  // Of a reconstructed point, in common with its neighbours.
-constexpr double kMinHeading_rad = 0.035;   // By which vehicles slip.
-constexpr double kAxleBehind = 0.28;     // Of the length, from the middle to the rear axle, which goes where it points.
+constexpr double kPointDisparity_px = 0.1;  // Of a reconstructed point, correlated with its neighbours'.
+constexpr double kMinHeading_rad = 0.035;   // Slip angle of vehicles.
+constexpr double kAxleBehind = 0.28;  // Of the length, from the centre to the rear axle, which moves along the heading.
 constexpr double kTurnRate_radps = 0.1;  // Of the turn rate, standard deviation.
 
 }  // namespace
@@ -20,7 +20,7 @@ std::optional<trajectory::Heading> ObjectState::heading(const Eigen::Vector3d& d
   if (!motion.moving) {
     return std::nullopt;
   }
-  // In a turn, the rear axle goes where the vehicle points, and nothing else of it.
+  // In a turn, only the rear axle moves along the vehicle's heading.
   Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();
   if (box_.known()) {
     const Box3 box = box_.box_in_object();
@@ -74,7 +74,7 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
     frame.disparity_sigma_px = kObservedDisparitySigma_px;
   }
   if (life_.status != BodyStatus::kTracked && life_.status != BodyStatus::kStereoOnly) {
-    frame.edges.reset();  // Where it is now is not known well enough.
+    frame.edges.reset();  // Its pose is too uncertain.
   }
   box_.update(frame);
   follow_middle();
@@ -98,8 +98,7 @@ Box3Sigma ObjectState::box_sigma(const ObjectResult& result) const {
   const Eigen::Matrix3d axes = result.box.rotation();
   const Eigen::Matrix3d of_pose = axes.transpose() * reference_covariance(result.T_world_obj, result.covariance) * axes;
   sigma.center_m = (sigma.center_m.cwiseAbs2() + of_pose.diagonal()).cwiseSqrt();
-  if (result.status ==
-      BodyStatus::kTracked) {  // Otherwise its frame does not turn with it, and heading() has said how sure it is.
+  if (result.status == BodyStatus::kTracked) {  // Otherwise its frame does not turn with it: see heading().
     const double turn_rad2 = axes.col(1).dot(result.covariance.topLeftCorner<3, 3>() * axes.col(1));
     sigma.yaw_rad = std::sqrt(sigma.yaw_rad * sigma.yaw_rad + turn_rad2);
   }

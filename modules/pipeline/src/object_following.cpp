@@ -1,4 +1,4 @@
-// The part of ObjectState that goes on without a reconstruction: prediction, and what a frame measures besides it.
+// The part of ObjectState without a reconstruction: prediction, and updates by the other measurements of a frame.
 #include <algorithm>
 #include <cmath>
 
@@ -8,22 +8,22 @@
 namespace kinetrace::pipeline {
 namespace {
 
-/// The middle of what is seen of something half hidden errs alike for as long as that lasts, not anew in every frame:
-/// its standard deviation is so many times that of a surface.
+/// The error of the visible part's centre of a half occluded object is correlated for the whole occlusion: its standard
+/// deviation is this many times that of a surface.
 constexpr double kHiddenFactor = 4.0;
-/// Of a place that is known from one stereo observation.
+/// Of a position by one stereo observation.
 constexpr double kPlacedSigma_m = 0.5;
 constexpr double kUnknownTurn_rad = 1.0;
-// Error of where a smoothed pose puts the object.
+// Standard deviations of a smoothed pose.
 constexpr double kPathSigma_rad = 0.002;
 constexpr double kPathSigma_m = 0.02;
-/// Velocities of overlapping windows are one piece of evidence in so much time.
+/// Velocities of overlapping windows are correlated: one piece of evidence in this time.
 constexpr double kEvidenceTime_s = 0.4;
-constexpr double kUndecided = 0.05;   // Probability that neither moving nor rest falls below.
-constexpr double kMaxEvidence = 7.0;  // Nothing is surer than one to a thousand.
-constexpr int kTellingFeatures = 3;   // Fewer may lie on something else.
-constexpr int kMaxRejections = 3;     // Measurements: then it is elsewhere.
-/// What was reconstructed is given up where its place is known so many times worse than it is seen.
+constexpr double kUndecided = 0.05;   // Moving or rest is decided once the probability of the other is below this.
+constexpr double kMaxEvidence = 7.0;  // Upper bound of the evidence, log odds: one to a thousand.
+constexpr int kTellingFeatures = 3;   // Fewer features may belong to another object.
+constexpr int kMaxRejections = 3;     // Measurements in a row: then the object is elsewhere.
+/// A reconstruction is dropped where the predicted position is this many times less certain than the measured one.
 constexpr double kMuchWorse = 2.0;
 constexpr double kOutlineSigma_m = 0.03;
 
@@ -41,7 +41,7 @@ void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity)
                              .moving = identity_.moving};
   start.pose.covariance.diagonal().head<3>().array() += kPathSigma_rad * kPathSigma_rad;
   start.pose.covariance.diagonal().tail<3>().array() += kPathSigma_m * kPathSigma_m;
-  // A slower turn is as well the noise of its last poses, and would add up in what is not seen.
+  // A slower turn may be noise of the last poses, and would accumulate while coasting.
   if (velocity.head<3>().norm() <= turn_rate_radps_) {
     start.velocity.head<3>().setZero();
   }
@@ -58,7 +58,7 @@ void ObjectState::weigh_motion() noexcept {
   }
   const trajectory::MotionEstimate now_seen = motion_.at(0);
   const trajectory::MotionEstimate lately = motion_.at(velocity_window_frames_);
-  // A moment ago, frames before and after it tell: mostly that is surer.
+  // The velocity a few frames ago has samples on both sides and is mostly more certain.
   const bool is_lately_surer = motion_.size() >= velocity_window_frames_ + trajectory::ObjectMotion::kMinSamples &&
                                lately.apparent_covariance.trace() < now_seen.apparent_covariance.trace();
   const trajectory::MotionEstimate& motion = is_lately_surer ? lately : now_seen;
@@ -86,7 +86,7 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
     life_.covariance.topLeftCorner<3, 3>() = kUnknownTurn_rad * kUnknownTurn_rad * Eigen::Matrix3d::Identity();
   }
   if (fix == Fix::kStereo) {
-    // Where on the object the seen surface lies errs in common over frames: averaging does not make it surer.
+    // The position of the visible surface on the object is a correlated error, which averaging does not reduce.
     const double extent_m = extent_sigma_m(position_in_camera(geometry_, observation).z());
     life_.covariance.diagonal().tail<3>().array() += extent_m * extent_m;
   }
@@ -94,7 +94,7 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
 }
 
 ObjectState::Fix ObjectState::measure(const StereoObservation& observation, const CameraState& camera) {
-  // While what is seen may be something else, so may what its features do.
+  // While the identity is provisional, its features may follow another object.
   const bool is_surely_it = !life_.provisional;
   if (is_surely_it) {
     measure_motion(observation, camera);
@@ -109,7 +109,7 @@ ObjectState::Fix ObjectState::measure(const StereoObservation& observation, cons
 ObjectState::Fix ObjectState::measure_place(const StereoObservation& observation, const CameraState& camera) {
   objects::MotionFilter& filter = identity_.filter;
   if (observation.features < config_.stereo_only_min_features) {
-    // The middle of what is left of a mask says nothing about the whole.
+    // The centre of a partly visible mask does not locate the whole.
     if (life_.track.missed_frames == 0 && !(identity_.reconstructed && half_hidden())) {
       filter.update(mask_bearing(), camera.T_world_cam);
     }
@@ -126,7 +126,7 @@ ObjectState::Fix ObjectState::measure_place(const StereoObservation& observation
     life_.rejections = 0;
     life_.provisional = false;
     if (life_.status == BodyStatus::kLost && !filter.at_rest() && expected_sigma_m > kMuchWorse * seen.extent_sigma_m) {
-      identity_.reconstructed = false;  // It is back: what was reconstructed before has left the map long ago.
+      identity_.reconstructed = false;  // On return the former points have long left the map.
     }
     const bool foreseen = identity_.reconstructed && half_hidden() && seen.extent_sigma_m > expected_sigma_m;
     return foreseen ? Fix::kForeseen : Fix::kStereo;
@@ -141,7 +141,7 @@ ObjectState::Fix ObjectState::measure_place(const StereoObservation& observation
 }
 
 void ObjectState::measure_motion(const StereoObservation& observation, const CameraState& camera) {
-  // Features on something mostly hidden may lie on what hides it: they count where nothing else tells how it moves.
+  // Features on a mostly occluded object may lie on the occluder: they count only while moving or rest is undecided.
   const bool is_known_to_go_on = std::abs(identity_.filter.moving() - 0.5) > 0.5 - kUndecided;
   if (!rigid() || (mostly_occluded() && is_known_to_go_on) || !camera.T_world_cam_before ||
       observation.motion.features < config_.stereo_only_min_features) {
@@ -159,8 +159,8 @@ void ObjectState::give_up_path(const StereoObservation& observation, const Camer
     life_.identity_switched = true;
     return;
   }
-  // What was followed so far was something else: nothing that is known in its frame holds for this.
-  if (rigid()) {  // an outline's origin is its middle
+  // The path so far was that of another object: nothing known in its frame holds for this one.
+  if (rigid()) {  // an outline's origin is its centre
     identity_.to_origin_m.setZero();
   }
   identity_.filter.restart_at({.uvd_px = observation.uvd_px,
@@ -182,7 +182,7 @@ objects::Bearing ObjectState::mask_bearing() const {
   const double depth_m = life_.T_obj_cam.inverse().translation.z();
   return {.uv_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
           .to_origin_m = rigid() ? Eigen::Vector3d(identity_.T_world_obj.rotation * identity_.to_origin_m)
-                                 : Eigen::Vector3d::Zero(),  // an outline's origin is its middle
+                                 : Eigen::Vector3d::Zero(),  // an outline's origin is its centre
           .extent_sigma_m = std::max(extent_sigma_m(std::max(depth_m, 0.0)), identity_.width_m)};
 }
 
@@ -203,15 +203,18 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
   } else if (!identity_.reconstructed || identity_.filter.accepts(seen, camera.T_world_cam)) {
     return seen;
   }
-  if (identity_.reconstructed) {
-    seen.to_origin_m = nearest_on_body(observation, camera).to_origin_m;
+  const Eigen::Vector3d on_body_cam_m =
+      camera.T_world_cam.inverse() * (middle_m() + off_body(camera.T_world_cam * p_cam));
+  if (identity_.reconstructed && on_body_cam_m.z() > 0.0) {
+    const Eigen::Vector3d uvr_px = geometry_.project(on_body_cam_m);
+    seen.uvd_px = {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
   }
   return seen;
 }
 
 double ObjectState::extent_sigma_m(double depth_m) const {
   const double seen_width_m = life_.track.box_px.width() * depth_m / geometry_.fx_px;
-  // Masks tell how much of it is hidden, unless it has just come back; how wide it once was tells then.
+  // The occluded width follows from masks or, where it has just returned, from the width when last seen whole.
   const double hidden_width_m = std::max(seen_width_m * (1.0 / visible_part() - 1.0), identity_.width_m - seen_width_m);
   return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
@@ -219,7 +222,7 @@ double ObjectState::extent_sigma_m(double depth_m) const {
 void ObjectState::count_prediction(Fix fix) noexcept {
   const bool rests_there = life_.track.missed_frames == 0 && identity_.filter.at_rest();
   if (fix != Fix::kNone || rests_there) {
-    life_.predicted.reset();  // What is detected where it is expected is not lost, however little of it is seen.
+    life_.predicted.reset();  // An object detected where it is expected is not lost, however little of it is visible.
   }
   if (fix == Fix::kStereo) {
     life_.status = BodyStatus::kStereoOnly;

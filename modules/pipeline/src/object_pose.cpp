@@ -1,4 +1,4 @@
-// The part of ObjectState that finds the pose of its reconstruction, recognises it and begins it anew.
+// The part of ObjectState that locates, recognises and restarts its reconstruction.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,22 +11,22 @@
 namespace kinetrace::pipeline {
 namespace {
 
-// Of a guess where it has come back, however long it was away: it goes on as it went, and turns little.
+// Standard deviations of the predicted pose on return, after any gap: the object keeps its motion and turns little.
 constexpr double kGuessTurn_rad = 0.05;
 constexpr double kGuessPlace_m = 0.27;
-constexpr double kReachableGate = 36.0;  // Chi-square of six numbers.
-constexpr double kConsensusPart = 0.9;   // So many of its points cannot all have passed to something else.
-constexpr double kFarOffIt_m = 2.0;      // Outside its box by this,
-constexpr double kFarOffSigmas = 4.0;    // and by this of the depth by stereo, is something else.
+constexpr double kReachableGate = 36.0;  // Chi-square with six degrees of freedom.
+constexpr double kConsensusPart = 0.9;   // So many points cannot all have switched to another object.
+constexpr double kFarOffIt_m = 2.0;      // A point outside the box by more than this,
+constexpr double kFarOffSigmas = 4.0;    // plus this many of stereo depth, is on another object.
 constexpr std::int64_t kMaxUncertain_ns = 1'500'000'000;
-// A reconstruction scatters no more than the background's, up to reflections and what moves on it. More means that it
-// holds on to a wrong relief: seen from afar, a thing with a wrong relief and a wrong rotation looks nearly right.
+// Residuals of a reconstruction are no larger than the background's, up to reflections and moving parts. Larger ones
+// mean a wrong relief: from afar, a wrong relief and a wrong rotation nearly cancel in the image.
 constexpr double kMaxResidualSigma_px = 0.3;
 constexpr double kMaxResidualRatio = 2.0;
 constexpr int kFailedResidualFrames = 4;
-// In frames: each one is another chance to fit.
-constexpr double kMaxInconsistencies = 3.0;  // Then what was reconstructed is not what is seen.
-constexpr int kMinResidualFrames = 6;        // Samples of the scatter.
+// In frames: each one is another attempt to fit.
+constexpr double kMaxInconsistencies = 3.0;  // Then the reconstruction is not of the visible object.
+constexpr int kMinResidualFrames = 6;        // Samples of the residuals.
 
 }  // namespace
 
@@ -34,7 +34,7 @@ bool ObjectState::locate(const FeatureFrame& frame, const StereoObservation& obs
   if (rigid() && body_.active() && (fails_residual_check(camera) || life_.inconsistencies >= kMaxInconsistencies)) {
     body_.end();
     identity_.filter.forget_velocity();
-    recogniser_.clear();  // What was remembered has the same wrong relief, or is of something else.
+    recogniser_.clear();  // The remembered points have the same wrong relief, or are of another object.
     life_.inconsistencies = 0.0;
   }
   if (!rigid() || !body_.active()) {
@@ -71,7 +71,7 @@ bool ObjectState::is_seen_elsewhere(const StereoObservation& observation, const 
   return off_m.norm() > kFarOffIt_m + kFarOffSigmas * depth_sigma_m(seen_cam_m.z());
 }
 
-// Its points are seen, and yet it is not where they say or not where it can have gone to.
+// Its points are observed, and yet no pose fits them, or it cannot have got there.
 void ObjectState::count_inconsistency(bool found) noexcept {
   const bool is_inconsistent = !found && body_.estimate().observations >= 2 * min_points_;
   life_.inconsistencies =
@@ -95,7 +95,7 @@ std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(c
     return std::nullopt;
   }
   const objects::UncertainPose expected = identity_.filter.predicted(life_.timestamp_ns);
-  // In the object's own axes, where T_obj_cam is perturbed too.
+  // In the object's own axes, like the perturbation of T_obj_cam.
   Matrix6d to_object = Matrix6d::Zero();
   to_object.topLeftCorner<3, 3>() = expected.T_world_obj.rotation.transpose();
   to_object.bottomRightCorner<3, 3>() = expected.T_world_obj.rotation.transpose();
@@ -135,7 +135,7 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
                              const features::FeatureFrontEnd& front_end) {
   if (identity_.frame_fixed && is_seen_elsewhere(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
     if (half_hidden() && !is_newly_matched()) {
-      return;  // What is left of its mask lies on something else.
+      return;  // The rest of its mask lies on another object.
     }
     give_up_path(observation, camera);
     if (life_.identity_switched) {
@@ -147,12 +147,12 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
   const bool is_frame_new = !identity_.frame_fixed;
   bool is_recognised = false;
   if (is_frame_new) {
-    // What stereo has followed so far may have been something next to the object; its frame belongs on its points.
+    // The stereo position so far may be that of a neighbouring surface; the frame belongs on the object's points.
     frame_.change = std::max(frame_.change, FrameChange::kRefined);
     identity_.T_world_obj.translation = camera.T_world_cam * position_in_camera(geometry_, observation);
     identity_.to_origin_m.setZero();
   } else if (recogniser_.knows_it() && !identity_.filter.at_rest()) {
-    // Begun anew before it was recognised, it is still in the frame that was guessed first.
+    // If restarted before recognition, it is still in the frame that was guessed first.
     life_.ambiguous_frames = life_.pose_ambiguous ? life_.ambiguous_frames : 0;
     life_.ambiguous_time.reset();
     is_recognised = recognise(camera, front_end);
@@ -190,9 +190,9 @@ void ObjectState::resolve_pose(const CameraState& camera, const features::Featur
     return;
   }
   life_.pose_ambiguous =
-      !life_.ambiguous_time.exceeds(kMaxUncertain_ns);  // Later it looks too different: the guess stands.
+      !life_.ambiguous_time.exceeds(kMaxUncertain_ns);  // Later its appearance differs too much: the guess stands.
   if (!life_.pose_ambiguous) {
-    life_.guess_covariance.setZero();  // For good: what is remembered from now on is in the guessed frame.
+    life_.guess_covariance.setZero();  // For good: points remembered from now on are in the guessed frame.
   }
 }
 

@@ -16,10 +16,10 @@ constexpr std::size_t kRememberedPoints = 64;
 constexpr std::size_t kMinRecognised = 4;
 constexpr std::size_t kEnoughRecognised = 8;  // Four or five may agree on a pose by chance.
 constexpr std::int64_t kBetweenNotes_ns = 300'000'000;
-// At first, points half a metre from the middle move so far by a turn of some degrees, and stereo errs as well.
+// First pass: displacement of points half a metre from the centre by a rotation of some degrees, and noise of stereo.
 constexpr double kRoughRadius_m = 0.15;
 constexpr float kSurelyAlike = 0.85F;
-// From a pose that some agree on, others are found: where it puts them, and so they may look less alike.
+// Refinement: a pose that some points agree on predicts the others, so that less similarity suffices.
 constexpr double kFineReach_m = 0.15;
 constexpr double kFineRadius_m = 0.06;
 constexpr float kRatherAlike = 0.75F;
@@ -27,17 +27,17 @@ constexpr int kRefinements = 2;
 constexpr double kDisparitySigma_px = 0.2;
 constexpr double kNearest_m = 0.5;
 constexpr double kPlaceSigma_m = 0.02;  // Of a remembered point on its object.
-constexpr double kMaxSigmas = 3.0;      // Farther from the guess it is something else that looks alike.
+constexpr double kMaxSigmas = 3.0;      // Farther from the prior a match is a similar point of another object.
 constexpr float kNowhere_px = -1e6F;
 
-/// An object's remembered point, and where it is seen again.
+/// Displacement of a remembered point to where it is found, object frame.
 Eigen::Vector3d shift_of(const features::RecognisedPoint& point, const Se3& T_obj_cam, const StereoGeometry& geometry) {
   const auto u = double{point.left_px.x()};
   return T_obj_cam * geometry.triangulate(u, double{point.v_px}, u - double{point.u_right_px}) -
          point.p_body.cast<double>();
 }
 
-/// How much a shift in depth counts beside one across: stereo cannot tell it well enough to agree within the radius.
+/// Weight of a shift in depth against a lateral one: stereo noise may exceed the consensus radius.
 double depth_weight(double depth_m, double radius_m, const StereoGeometry& geometry) {
   const double sigma_m = kDisparitySigma_px * depth_m * depth_m / (geometry.fx_px * geometry.baseline_m);
   return radius_m / std::hypot(radius_m, 2.0 * sigma_m);
@@ -121,7 +121,7 @@ std::optional<ObjectRecogniser::Agreement> ObjectRecogniser::agreement(
   std::array<features::RecognisedPoint, TranslationConsensus::kMaxMembers> found;
   const std::size_t count = find_appearance_matches(T_cam_obj, match_gate, label, front_end, found);
 
-  // It has turned little while it was away, so all of it has moved alike, as far as stereo can tell depths.
+  // The object has turned little since, so that all points share one translation, up to stereo's noise in depth.
   const double weight = depth_weight(std::max(T_cam_obj.translation.z(), kNearest_m), match_gate.radius_m, geometry_);
   std::array<AppearanceMatch, TranslationConsensus::kMaxMembers> matches;
   for (std::size_t i = 0; i < count; ++i) {
@@ -138,7 +138,7 @@ std::optional<ObjectRecogniser::Agreement> ObjectRecogniser::agreement(
   for (std::size_t k = 0; k < group.count; ++k) {
     observations[k] = observation_of(found[group.members[k]], geometry_);
   }
-  // Far away depth is less sure than the guess, which then decides.
+  // Far away, depth is less certain than the prior, which then dominates.
   const std::optional<Se3> pose = body.pose_from(std::span(observations).first(group.count), expectation_of(guess),
                                                  static_cast<int>(kMinRecognised));
   const bool turned_too_far =

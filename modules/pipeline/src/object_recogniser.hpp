@@ -1,4 +1,4 @@
-// Recognises an object that has been out of view by what its points looked like.
+// Recognises a returning object by the appearance of its points.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,19 @@
 
 namespace kinetrace::pipeline {
 
-/// A reconstruction with so many frames in its window has found its shape: views to adjust, not a time.
+/// Frames in the window from which the shape of a reconstruction is stable: a count of views, not a time.
 inline constexpr std::size_t kMinBodyFrames = 6;
 
-/// Where an object may be, and how far off that is.
+/// Prior of an object's pose, with standard deviations.
 struct PoseGuess {
   Se3 T_obj_cam;
   double turn_sigma_rad = 0.0;  ///< About each axis.
   double place_sigma_m = 0.0;   ///< Along each axis.
 };
 
-/// Every few tenths of a second it takes note of how points of the reconstruction look. After the object's return,
-/// points that look alike and have all moved alike tell its pose in its old frame: what is half outside the image or
-/// half hidden has its middle elsewhere, its points have not.
+/// Remembers the appearance of reconstructed points every few tenths of a second. After the object's return, appearance
+/// matches with a common translation give its pose in its old frame. Truncation and occlusion shift the centre of the
+/// visible part, but not these points.
 class ObjectRecogniser {
  public:
   /// Memory: 56 kB.
@@ -36,30 +36,30 @@ class ObjectRecogniser {
 
   void clear() noexcept;
   void swap(ObjectRecogniser& other) noexcept;
-  /// Enough has been noted to recognise it by.
+  /// Enough points are remembered to recognise it.
   [[nodiscard]] bool knows_it() const noexcept;
 
-  /// Call in every frame in which the object is well seen, `interval_ns` after the one before; takes note when it is
-  /// time.
+  /// Call in every frame in which the object is tracked, `interval_ns` after the previous one; remembers points when
+  /// due.
   void remember(const sfm::BodyReconstruction& body, const FeatureFrame& frame, std::uint8_t label,
                 const features::FeatureFrontEnd& front_end, std::int64_t interval_ns);
-  /// T_obj_cam of this frame, given where it is about: within three standard deviations (half of it vertically).
-  /// Nothing if fewer than eight points agree, or only on a turn that it cannot have made.
+  /// T_obj_cam of this frame, within three standard deviations of the prior (half of it vertically). Nothing if fewer
+  /// than eight points agree, or only on an implausible rotation.
   [[nodiscard]] std::optional<Se3> recognise(const PoseGuess& guess, sfm::BodyReconstruction& body, std::uint8_t label,
                                              const features::FeatureFrontEnd& front_end) const;
 
  private:
-  /// Which matches count, seen from a pose.
+  /// Gate of appearance matches about a pose.
   struct MatchGate {
-    double reach_m = 0.0;   ///< From where the pose puts a point; half of it vertically.
-    double radius_m = 0.0;  ///< Those that moved alike agree so well; in depth as far as stereo can tell.
+    double reach_m = 0.0;   ///< About the predicted position of a point; half of it vertically.
+    double radius_m = 0.0;  ///< Of the consensus on the translation; in depth widened by stereo's noise.
     float min_similarity = 0.F;
   };
   struct Agreement {
     Se3 T_obj_cam;
     std::size_t points = 0;
   };
-  /// The pose on which most of the matches around `T_obj_cam` agree, weighed against the guess.
+  /// The pose on which most of the matches around `T_obj_cam` agree, combined with the prior.
   [[nodiscard]] std::optional<Agreement> agreement(const Se3& T_obj_cam, const MatchGate& match_gate,
                                                    const PoseGuess& guess, sfm::BodyReconstruction& body,
                                                    std::uint8_t label,

@@ -1,4 +1,4 @@
-// The part of ObjectState that tells whether a new track is an object that was lost.
+// The part of ObjectState that re-identifies lost objects among new tracks.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,15 +9,16 @@
 namespace kinetrace::pipeline {
 namespace {
 
-// Where it should be in plain sight, a detection has only been missed, and what appears beside it is something else.
+// Minimum gap of an object in plain sight: after a shorter one a detection was only missed, and a new track is another
+// object.
 constexpr std::int64_t kMissedInView_ns = 300'000'000;
 constexpr std::int64_t kMissedHidden_ns = 0;
-/// Density of new objects: one a frame in what is seen well, 50 m x 50 m x 2 m.
+/// Density of new objects: one per frame in the well observed volume, 50 m x 50 m x 2 m.
 constexpr double kNewObjectsPer_m3 = 1.0 / 5000.0;
-// Error of a direction, from the nearest pixel of a mask, and what the camera's way adds.
+// Standard deviation of a direction, from the nearest pixel of a mask, and its growth by the camera's motion.
 constexpr double kDirectionSigma_px = 2.0;
 constexpr double kDirectionDrift_pxps = 2.5;
-// What comes in over the border of the image shows itself to stereo within this time.
+// Within this time an object that enters the image has a stereo position.
 constexpr std::int64_t kMaxUnnamed_ns = 600'000'000;
 
 /// From a point to the nearest pixel of a box.
@@ -107,7 +108,7 @@ void ObjectState::continue_from(ObjectState& earlier) {
   life_.track.id = earlier.life_.track.id;
   life_.confirmed = earlier.life_.confirmed;
   if (!earlier.life_.placed) {
-    return;  // Nothing but its name is known.
+    return;  // Only its identity is known.
   }
   life_.placed = true;
   identity_ = earlier.identity_;

@@ -53,7 +53,7 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
                                                           LabelView labels, const CameraState& camera) {
   const auto count = static_cast<int>(slots_.size());
   affinity_.resize(count, count);
-  std::uint64_t detected = 0;  // By slot: what is seen in this frame is not lost.
+  std::uint64_t detected = 0;  // By slot: an object detected in this frame is not lost.
   for (const Track& track : tracks) {
     detected |= std::uint64_t{track.missed_frames == 0} << track.slot;
   }

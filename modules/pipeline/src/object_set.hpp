@@ -15,15 +15,15 @@
 
 namespace kinetrace::pipeline {
 
-/// An object that was lost and goes on in the slot of a new track.
+/// A lost object that continues in the slot of a new track.
 struct ReidentifiedObject {
   std::uint8_t earlier_slot = 0;
   std::uint8_t slot = 0;
   std::uint32_t track_id = 0;
 };
 
-/// The objects of the tracker's tracks, from their masks to their trajectories. It never calls the tracker: what it
-/// learns about a track's identity is returned, for the pipeline to pass on.
+/// The objects of the tracker's tracks, from their masks to their trajectories. It never calls the tracker: decisions
+/// on the identity of tracks are returned, for the pipeline to pass on.
 class ObjectSet {
  public:
   /// Errors: as sfm::BodyReconstruction::create. Sized once; nothing is allocated afterwards.
@@ -31,9 +31,9 @@ class ObjectSet {
                                                 Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const PipelineConfig& config);
 
-  /// The rig is corrected in another way from now on.
+  /// Converts measurements to a changed correction of the rig.
   void remeasure(const RigChange& change) noexcept;
-  /// It was so far off that what was measured says nothing about how objects move.
+  /// The rig was so far off that earlier positions are no evidence of motion.
   void restart_paths() noexcept;
   [[nodiscard]] std::span<ObjectState> slots() noexcept { return slots_; }
   [[nodiscard]] std::span<const ObjectState> slots() const noexcept { return slots_; }
@@ -44,32 +44,33 @@ class ObjectSet {
   /// Begins the objects of new tracks, and ends those whose tracks have ended.
   void take_tracks(const TrackFrame& tracks);
 
-  /// A detection shows the track, and where that is has never been known: it may be an object that was lost.
+  /// A detected track whose position has never been known: it may be a lost object.
   [[nodiscard]] bool is_unplaced(const Track& track) const noexcept {
     return track.missed_frames == 0 && !slots_[track.slot].placed();
   }
-  /// The track in this slot shows something else: the object waits in the slot of `waiting`, and a new one begins.
+  /// The detection of `seen` belongs to another object, which begins in its slot; the old object waits in the slot of
+  /// `waiting`.
   void split(const Track& seen, const Track& waiting);
-  /// Which of the unplaced tracks show objects that were lost, which then go on under them: one assignment over all of
-  /// both, by log-likelihood ratios against new objects. Call once the other tracks have been observed. Lives until the
-  /// next call.
+  /// Associates unplaced tracks with lost objects, which then continue in the slots of those tracks: one assignment
+  /// over all pairs, by log-likelihood ratios against new objects. Call once the other tracks have been observed. Valid
+  /// until the next call.
   [[nodiscard]] std::span<const ReidentifiedObject> reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
                                                                LabelView labels, const CameraState& camera);
   /// Whether an unplaced track may turn out to be an object that left the image.
   [[nodiscard]] bool may_be_lost_object(const Track& track, const CameraState& camera) const;
-  /// Pose of this frame; false if the track has passed to another object.
+  /// Pose of this frame; false if the track has switched to another object.
   [[nodiscard]] bool observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end);
 
   // Then, for all of them:
 
-  /// Writes the bodies whose windows are to be adjusted and returns how many there are, at most one an object.
+  /// Writes the bodies whose windows are to be adjusted and returns how many there are, at most one per object.
   [[nodiscard]] std::size_t list_windows(std::span<BodyRefinement> windows);
   /// `windows`: as listed, adjusted.
   void conclude(std::span<const BodyRefinement> windows, const CameraState& camera, const trajectory::Ground& ground);
-  /// Takes note of what objects look like.
+  /// Remembers the appearance of objects.
   void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end);
-  /// The slots of objects that go on in another one or whose tracks have ended, once their points have been reported.
+  /// Frees the slots of objects that ended or continue in another slot, once their points have been reported.
   void release();
   /// No more frames.
   void end();

@@ -11,19 +11,19 @@
 namespace kinetrace::pipeline {
 namespace {
 
-// At rest is what has been shown not to be faster than this, not what has not been shown to move.
+// At rest: shown to be slower than this; a lack of evidence of motion is not enough.
 constexpr std::size_t kMinRestSamples = 8;  // Of a statistic, so not a time.
 constexpr double kMaxRestSpeed_mps = 0.4;
 constexpr double kRestSigmas = 2.0;
-constexpr double kAreaKept = 0.97;  // In a tenth of a second.
+constexpr double kAreaKept = 0.97;  // Decay of the recent area in a tenth of a second.
 constexpr double kAreaKeptIn_s = 0.1;
 constexpr double kMinDepth_m = 0.1;
-constexpr double kVeryFar_m = 1000.0;  // Nothing shows how far.
-// Disparities of one surface err in common, and differently as it comes nearer. Without a reconstruction, what is
-// followed is the middle of what is seen, which drifts as the object turns and as others hide it.
+constexpr double kVeryFar_m = 1000.0;  // Nominal: the distance is unknown.
+// Disparity errors of one surface are correlated, and change as it comes nearer. Without a reconstruction the measured
+// point is the centre of the visible part, which drifts as the object turns and is occluded.
 constexpr double kCorrelatedDisparityError_px = 0.03;
 constexpr double kLateralCorrelatedError = 0.3;
-constexpr int kTellingFeatures = 4;  // Fewer may all lie on something else; they show no new mover.
+constexpr int kTellingFeatures = 4;  // Fewer may all belong to another object: no evidence of a new mover.
 constexpr double kAnywhere_m = 100.0;
 
 double yaw_of(const Eigen::Vector3d& direction) {
@@ -84,7 +84,7 @@ void ObjectState::wait_as(const Track& track) noexcept {
   life_.identity_switched = false;
   life_.provisional = false;
   life_.matched_run.reset();
-  // What was seen in this frame was something else.
+  // The detection of this frame showed another object.
   life_.matched_timestamp_ns = life_.timestamp_ns - track.missed_ns;
   identity_.area_m2 = frame_.area_before_m2;
 }
@@ -257,14 +257,14 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     follow(observation, camera);
     if (!life_.identity_switched && rigid() && camera.valid && observation.features >= min_points_ &&
         !(mostly_occluded() && identity_.reconstructed)) {
-      // Enough points to build on, but none known that fit.
+      // Enough points for a reconstruction, but no known ones that fit.
       begin_body(observation, camera, front_end);
     }
   }
   if (body_.active()) {
     FeatureFrame of_it = frame;
     if (life_.identity_switched) {
-      of_it.features = {};  // what is seen is something else
+      of_it.features = {};  // they belong to another object
     }
     body_.extend(of_it, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
     frame_.extended = true;
@@ -295,13 +295,13 @@ Eigen::Matrix3d ObjectState::reference_covariance(const Se3& T_world_obj, const 
 Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   const Eigen::Vector3d from_camera_m = identity_.T_world_obj.rotation * -life_.T_obj_cam.translation;
   const double depth_m = std::max(life_.T_obj_cam.inverse().translation.z(), 0.0);
-  // The less of it is seen, the fewer points share the error, and the farther its middle is from them.
+  // The less is visible, the fewer points average the error, and the farther the centre is from them.
   const Eigen::Vector3d along_ray_m = kCorrelatedDisparityError_px / visible_part() * depth_m /
                                       (geometry_.fx_px * geometry_.baseline_m) * from_camera_m;
   Eigen::Matrix3d correlated_covariance = along_ray_m * along_ray_m.transpose();
   correlated_covariance.diagonal().array() +=
       kLateralCorrelatedError * kLateralCorrelatedError * along_ray_m.squaredNorm();
-  // What is predicted goes on as it went: that shows no new mover either.
+  // A predicted pose continues the last motion: that is no evidence of a new mover either.
   const bool seen = life_.status == BodyStatus::kTracked ||
                     (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kTellingFeatures);
   if (!seen && !identity_.has_moved) {
@@ -391,12 +391,12 @@ void ObjectState::revise(std::size_t age, const CameraState& camera, ObjectResul
 
 void ObjectState::describe_motion(std::size_t age, ObjectResult& result) const {
   if (age > 0 && age >= motion_.size()) {
-    return;  // The path has begun anew since: what was reported before stands.
+    return;  // The path has restarted since: the earlier report stands.
   }
   result.box = box_.known() ? box_.box_in_world(result.T_world_obj) : Box3{.center_m = result.T_world_obj.translation};
   result.box_sigma = box_sigma(result);
   const trajectory::MotionEstimate motion = motion_.at(age);
-  // Without a reconstruction, a velocity that is not significant is that of the seen surface, not of the object.
+  // Without a reconstruction, a velocity that is not significant is a drift of the visible surface.
   const bool meaningful = result.status == BodyStatus::kTracked || motion.moving;
   result.velocity_mps = meaningful
                             ? velocity_at(motion, result.box.center_m - result.T_world_obj * identity_.reference_m)

@@ -22,9 +22,9 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr std::int64_t kTrustedPrediction_ns = 200'000'000;  // Masks predicted for longer are guesses.
+constexpr std::int64_t kTrustedPrediction_ns = 200'000'000;  // Masks predicted for longer are unreliable.
 
-/// Predicted masks: what lies in them may be something else.
+/// Masks predicted for long: features in them may belong to another object.
 features::FeatureFrontEnd::PredictedMasks predicted_masks(const TrackFrame& tracks) {
   features::FeatureFrontEnd::PredictedMasks predicted;
   for (const Track& track : tracks.tracks) {
@@ -33,16 +33,16 @@ features::FeatureFrontEnd::PredictedMasks predicted_masks(const TrackFrame& trac
   return predicted;
 }
 
-/// How the camera has moved since the frame before.
+/// Motion of the camera since the previous frame.
 struct EgoMotion {
   Se3 T_prev_cam;
-  bool jumped = false;  ///< This frame shows something else than that one.
+  bool jumped = false;  ///< There is a cut between the two frames.
 };
 
 }  // namespace
 
-/// One of each part, in the order in which a frame passes them. Each gets what the earlier ones have made; what a later
-/// one tells an earlier one (which features were wrong, which tracks are whose) is for the next frame.
+/// One of each stage, in the order of processing. Each uses the output of earlier ones; feedback to earlier ones
+/// (outlier features, identities of tracks) takes effect in the next frame.
 struct Pipeline::Impl {
   FrameIntake intake;
   RigCalibrator rig;
@@ -56,11 +56,11 @@ struct Pipeline::Impl {
   FixedLagResults results;
   FrameResultBuilder output;
   FrameScratch scratch;
-  JumpWatch jump_watch{};
+  JumpWatch jump_watch;
   std::span<const Feature> previous_features{};
 
   // The stages of a frame.
-  /// The pair as it is used from here on.
+  /// Returns the pair with the right image as corrected.
   Result<RectifiedPair> take_in(const RectifiedPair& pair, StageObserver* observer);
   Result<FeatureFrame> track_features(std::int64_t timestamp_ns, StageObserver* observer);
   EgoMotion locate_camera(const FeatureFrame& frame, StageObserver* observer);
@@ -70,19 +70,19 @@ struct Pipeline::Impl {
                                    std::int64_t timestamp_ns, StageObserver* observer);
   Result<FeatureFrame> replenish(const TrackFrame& tracks, StageObserver* observer);
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer);
-  /// The track in this slot has been detected where its object cannot be.
+  /// The track in this slot was detected where its object cannot be.
   void split(std::uint8_t slot);
-  /// The slots of these tracks, as scratch.slots.
+  /// Lists the slots of the tracks that `which` selects in scratch.slots.
   template <typename Which>
   void list_slots(const Which& which);
   Status refine(const FeatureFrame& frame, StageObserver* observer);
   void conclude(const RectifiedPair& pair, const TrackFrame& tracks, StageObserver* observer);
-  /// In this frame.
+  /// State of this frame, with the uncertainty of the calibration.
   [[nodiscard]] CameraState camera_now() const;
 
-  /// What has been seen is no longer there: all tracks end with this frame.
+  /// After a cut: all tracks end with this frame.
   void end_tracks();
-  /// Features that disagreed with their bodies end.
+  /// Drops the features that are outliers of their bodies.
   void reject_outliers();
   [[nodiscard]] FrameCounters counters() const;
 };
@@ -134,7 +134,9 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
                .refiner = std::move(*refiner),
                .results = FixedLagResults(c, arena),
                .output = FrameResultBuilder(c, arena),
-               .scratch = FrameScratch(c, arena)});
+               .scratch = FrameScratch(c, arena),
+               // All tracks would be forgotten by then.
+               .jump_watch = JumpWatch(c.tracking.max_missed_s + c.tracking.max_unseen_s)});
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
   }
@@ -275,8 +277,7 @@ Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageOb
   return frame;
 }
 
-// What is known of identities by now: a track that shows something else is split, new ones may be objects that were
-// lost.
+// Decides identities: a track that shows another object is split, new tracks may be lost objects.
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);

@@ -10,14 +10,14 @@
 
 namespace kinetrace::pipeline {
 
-/// What becomes of the axes and the origin that an object's path is reported by.
+/// Change of the object frame that a path is reported in.
 enum class FrameChange : std::uint8_t {
   kNone,
-  kRefined,   ///< Put onto its points: what was reported before is about the same point, as far as that was known.
-  kReplaced,  ///< What was reported before is about another point.
+  kRefined,   ///< Moved onto its points: earlier poses refer to the same point, as far as that was known.
+  kReplaced,  ///< Earlier poses refer to another point.
 };
 
-/// An object in a kept frame. `confirmed` turns true for its past frames too, once its track is confirmed.
+/// An object in a buffered frame. `confirmed` turns true for its past frames too, once its track is confirmed.
 struct BufferedObject {
   ObjectResult result;
   std::uint8_t slot = 0;
@@ -70,7 +70,7 @@ class ResultRing {
     return frames_[head_];
   }
   void pop_oldest() noexcept { --size_; }
-  /// The object with this track id goes on in another slot.
+  /// The object with this track id continues in another slot.
   void move_slot(std::uint32_t track_id, std::uint8_t slot) noexcept {
     for (std::size_t age = 0; age < size_; ++age) {
       if (BufferedObject* entry = frame(age).find(track_id)) {

@@ -12,16 +12,16 @@ namespace kinetrace::pipeline {
 namespace {
 
 constexpr std::size_t kMaxObservedFeatures = 256;  // Medians over more than this are no better.
-// How far the patch of a feature reaches.
+// Half the size of a feature's patch.
 constexpr int kBesideX_px = 8;
 constexpr int kBesideY_px = 5;
 constexpr double kClearlyNearer = 1.1;
-// Disparities of one object differ by so much, or by this part.
+// Spread of the disparities of one object: absolute, and relative.
 constexpr double kMinSpread_px = 0.75;
 constexpr double kSpread = 0.1;
 constexpr std::size_t kDisparity = 2;  // Of an observation's (u, v, disparity).
 
-/// Of several quantities, each on its own.
+/// Component-wise medians.
 template <int kQuantities>
 class Medians {
  public:
@@ -35,7 +35,7 @@ class Medians {
     }
     ++count_;
   }
-  /// Zero without values. Leaves them in another order.
+  /// Zero without values. Reorders them.
   [[nodiscard]] Values take() noexcept {
     Values medians = Values::Zero();
     for (std::size_t i = 0; i < kQuantities && count_ > 0; ++i) {
@@ -56,13 +56,13 @@ class Medians {
   std::size_t count_ = 0;
 };
 
-/// The objects whose masks adjoin that of one.
+/// Objects whose masks adjoin that of `label`.
 class Occluders {
  public:
   Occluders(const FeatureFrame& frame, LabelView labels, std::uint8_t label)
       : frame_(frame), labels_(labels), own_(label) {}
 
-  /// The feature lies along the contour of an object that is as near as it, or nearer.
+  /// The feature lies at the contour of an object that is about as near or nearer.
   [[nodiscard]] bool may_have(const Feature& feature) {
     if (labels_.empty()) {
       return false;
@@ -81,7 +81,7 @@ class Occluders {
   [[nodiscard]] std::uint8_t label_at(int x, int y) const {
     return labels_.at(std::clamp(x, 0, labels_.width - 1), std::clamp(y, 0, labels_.height - 1));
   }
-  /// Median; 0 if nothing of it is seen.
+  /// Median; 0 without features.
   [[nodiscard]] double disparity_of(std::uint8_t other) {
     if (other != known_) {
       std::array<double, kMaxObservedFeatures> d;

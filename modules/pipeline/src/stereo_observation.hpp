@@ -1,4 +1,4 @@
-// What the stereo pair of one frame alone says about where an object is.
+// Position measurement of an object by the stereo pair of one frame.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,19 @@
 
 namespace kinetrace::pipeline {
 
-/// Standard deviation of the disparity of the middle of what stereo sees.
+/// Standard deviation of the disparity of the visible part's centre.
 inline constexpr double kObservedDisparitySigma_px = 0.3;
 
 struct StereoObservation {
-  int features = 0;                                  ///< With a right match; 0: not seen.
-  Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of the point that stands for it.
+  int features = 0;                                  ///< With a right match; 0: no observation.
+  Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Column, row and disparity of its representative point.
   int agreeing = 0;                                  ///< Features about as far away as that point.
-  objects::ImageMotion motion;                       ///< Of those of its features that were there in the frame before.
+  objects::ImageMotion motion;                       ///< Of its features tracked from the previous frame.
 };
 
 /// The medians of the features with this label and at least `min_disparity_px`. `labels`: the masks of the left image.
-/// A feature whose patch reaches onto another object counts only if it is clearly nearer than that: along a contour
-/// patches follow the one in front, and a sliver of something far away would be seen where its occluder is.
+/// A feature whose patch reaches onto another object counts only if it is clearly nearer than that: at a contour,
+/// patches follow the object in front, and a sliver of a distant object would get the depth of its occluder.
 [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
                                                double min_disparity_px);
 

@@ -19,7 +19,7 @@ std::size_t beginning_of(ResultRing& ring, std::uint32_t track_id, std::size_t a
   return age;
 }
 
-/// The age of the newest frame that is about the same point.
+/// The age of the newest frame that refers to the same point.
 std::size_t sequel_of(ResultRing& ring, std::uint32_t track_id, std::size_t age) {
   for (const BufferedObject* next = after(ring, track_id, age);
        next != nullptr && next->change != FrameChange::kReplaced; next = after(ring, track_id, age)) {

@@ -1,4 +1,4 @@
-// The paths of objects through the frames that are still in the window, made smooth.
+// Smoothing of objects' paths over the frames that are still in the window.
 #pragma once
 
 #include <cstddef>
@@ -13,39 +13,39 @@
 
 namespace kinetrace::pipeline {
 
-/// A shorter path has not shown how the object moves.
+/// A shorter path does not determine the motion.
 inline constexpr std::size_t kMinPathFrames = 4;
 
-/// An object's frame had been guessed when its reconstruction began, and is known now.
+/// Correction of an object's frame that was guessed when its reconstruction began.
 struct FrameCorrection {
   Se3 T_provisional_known;
-  std::size_t frames = 0;  ///< So many before this one were reported in the guessed frame.
+  std::size_t frames = 0;  ///< Number before this one that were reported in the guessed frame.
 };
 
-/// Where a smoothed path has led to, and how it goes on.
+/// Pose and velocity at the end of a smoothed path.
 struct PathEnd {
   Se3 T_world_obj;
   Vector6d velocity = Vector6d::Zero();  ///< In the body's own axes (rad/s, m/s).
 };
 
-/// An object's path is cut where its frame changes. Of a frame that was refined, the part before is about the same
-/// point, so it is made to lead to the part after; but it teaches that nothing: how the object moves shows in its
-/// points. A frame that was replaced leaves two paths.
+/// An object's path is cut where its frame changes. Before a refined frame, the older part refers to the same point: it
+/// is smoothed towards the newer part, but does not influence it, whose motion follows from the reconstructed points. A
+/// replaced frame leaves two paths.
 class TrajectoryBuffer {
  public:
-  /// Memory: 1.8 kB a frame. The arena may turn out exhausted.
+  /// Memory: 1.8 kB per frame. The arena may turn out exhausted.
   TrajectoryBuffer(const trajectory::TrajectoryConfig& config, std::size_t frames, Arena& arena);
 
   /// A path of this object ends at this age: the object is not in the newer frame, or its frame changed there.
   [[nodiscard]] static bool ends_at(ResultRing& ring, std::uint32_t track_id, std::size_t age) noexcept;
 
-  /// Smooths the path that ends at `age`, of those of its frames that are younger than `pending`; parts are to be
-  /// smoothed from the newest to the oldest. Says where the newest one leads, once it is long enough to show.
+  /// Smooths the path that ends at `age`, in its frames younger than `pending`; the parts of a path from the newest to
+  /// the oldest. Returns the end of the newest part, once it is long enough.
   std::optional<PathEnd> smooth(ResultRing& ring, std::size_t pending, std::uint32_t track_id, std::size_t age,
                                 bool at_rest) noexcept;
 
-  /// Tells the last frames of an object, the newest left out, in the frame that is known by now. What is older than
-  /// `pending` has been published, and stays.
+  /// Converts the last results of an object, except the newest, to the frame now known. Those older than `pending` have
+  /// been published, and stay.
   static void correct(ResultRing& ring, std::size_t pending, std::uint32_t track_id,
                       const FrameCorrection& correction) noexcept;
 

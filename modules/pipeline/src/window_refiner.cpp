@@ -10,7 +10,7 @@ using refinement::FixedBundleAdjuster;
 
 namespace {
 
-constexpr int kMinFrames = 2;  // That an adjuster can be made for; windows of one are left as they are.
+constexpr int kMinFrames = 2;  // Minimum of an adjuster; windows of one frame are not adjusted.
 
 refinement::FixedBundleConfig for_objects(refinement::FixedBundleConfig config, const sfm::BodyConfig& object) {
   config.max_frames = std::max(object.window_frames, kMinFrames);

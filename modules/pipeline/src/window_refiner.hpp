@@ -1,4 +1,4 @@
-// Bundle adjustment of several bodies in one frame: they share nothing, so they are adjusted side by side.
+// Bundle adjustment of several bodies in one frame: they are independent, so they are adjusted in parallel.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace kinetrace::pipeline {
 
-/// A body whose window is to be adjusted, and what came of it.
+/// A body whose window is to be adjusted, and the result.
 struct BodyRefinement {
   sfm::BodyReconstruction* body = nullptr;
   BundleSummary summary;
@@ -23,15 +23,15 @@ struct BodyRefinement {
 
 class WindowRefiner {
  public:
-  /// Memory: an adjuster for windows as large as `largest`, and one for objects', however many workers there are.
-  /// `workers` outlive this; null: the caller does it alone, with the same result.
+  /// Memory: an adjuster for windows as large as `largest`, and one for objects', with any number of workers. `workers`
+  /// must outlive this; null: the calling thread does it alone, with the same result.
   [[nodiscard]] static Result<WindowRefiner> create(const refinement::FixedBundleConfig& largest,
                                                     const sfm::BodyConfig& object, Arena& arena, Workers* workers);
   [[nodiscard]] static std::size_t required_bytes(const refinement::FixedBundleConfig& largest,
                                                   const sfm::BodyConfig& object);
 
   /// Adjusts the window of each body in place: the first may be as large as `largest`, the others are objects. On an
-  /// error, which is that of one of the bodies, others may have been adjusted. Allocates nothing otherwise.
+  /// error of one body, others may have been adjusted. Does not allocate except for an error.
   [[nodiscard]] Status refine(std::span<BodyRefinement> bodies);
   /// As FixedBundleAdjuster::limit.
   void limit(int max_iterations) noexcept;

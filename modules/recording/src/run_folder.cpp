@@ -51,15 +51,15 @@ constexpr std::array<KnownFile, 19> kKnownFiles{{
     {"colmap/object_ID/points3D.txt", Part::kColmap, "its points", &RunCounts::object_models},
 }};
 /// Made from a run by other commands; removed, since those of an earlier run would be mistaken for the new run's.
-constexpr std::array<std::string_view, 9> kMadeOfRun{"evaluation.json",
-                                                     "figure.png",
-                                                     "map",
-                                                     "map/map.json",
-                                                     "map/map.png",
-                                                     "map/trajectories.csv",
-                                                     "map/trajectories.geojson",
-                                                     "map/trajectories.gpx",
-                                                     "map/trajectories.kml"};
+constexpr std::array<std::string_view, 9> kDerivedFiles{"evaluation.json",
+                                                        "figure.png",
+                                                        "map",
+                                                        "map/map.json",
+                                                        "map/map.png",
+                                                        "map/trajectories.csv",
+                                                        "map/trajectories.geojson",
+                                                        "map/trajectories.gpx",
+                                                        "map/trajectories.kml"};
 constexpr std::array<std::string_view, 6> kKnownFolders{
     "tracks", "images", "points", "colmap", "colmap/background", "colmap/object_ID"};
 
@@ -104,7 +104,7 @@ bool is_known(std::string_view path) {
     const std::size_t last = path.find_last_not_of("0123456789");
     path = last != std::string_view::npos && path[last] == '.' ? path.substr(0, last) : path;
   }
-  return std::find(kMadeOfRun.begin(), kMadeOfRun.end(), path) != kMadeOfRun.end() ||
+  return std::find(kDerivedFiles.begin(), kDerivedFiles.end(), path) != kDerivedFiles.end() ||
          std::any_of(kKnownFiles.begin(), kKnownFiles.end(), of_file) ||
          std::any_of(kKnownFolders.begin(), kKnownFolders.end(), of_folder);
 }

@@ -15,18 +15,18 @@ constexpr double kMinError_px = 0.5;  // Lower bound: the residuals of few obser
 
 bool StrayPoints::contains(const PointRecord& point) {
   if (point.track_id != track_id_) {
-    go_to(point.track_id);
+    load_track(point.track_id);
   }
-  const double surely_m = kUnseen * radius_m_;
+  const double inner_radius_m = kUnseen * radius_m_;
   const double apart_m = (Eigen::Vector3f(point.position_m.data()).cast<double>() - center_m_).norm();
-  if (radius_m_ == 0.0 || apart_m <= surely_m) {
+  if (radius_m_ == 0.0 || apart_m <= inner_radius_m) {
     return false;
   }
   // Bounded by the object's size: a less certain depth does not locate the point on the object.
-  return apart_m > surely_m + std::min(kDeviations * depth_deviation_m(point), radius_m_);
+  return apart_m > inner_radius_m + std::min(kDeviations * depth_deviation_m(point), radius_m_);
 }
 
-void StrayPoints::go_to(std::uint32_t track_id) {
+void StrayPoints::load_track(std::uint32_t track_id) {
   track_id_ = track_id;
   radius_m_ = 0.0;
   poses_.seek(last_);

@@ -20,7 +20,7 @@ class StrayPoints {
   [[nodiscard]] bool contains(const PointRecord& point);
 
  private:
-  void go_to(std::uint32_t track_id);
+  void load_track(std::uint32_t track_id);
   [[nodiscard]] double depth_deviation_m(const PointRecord& point);
 
   SpoolFile<PoseRecord>& poses_;

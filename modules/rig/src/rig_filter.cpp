@@ -19,16 +19,16 @@ constexpr RigMotion kSteady{.rate_sigma_radps = 0.0, .random_walk_rad_per_root_s
 constexpr RigMotion kDrifting{
     .rate_sigma_radps = 1.5e-3, .random_walk_rad_per_root_s = 3e-5, .focal_walk_per_root_s = 1e-5};
 // NIS over its expectation: beyond the first a measurement is unexpected; below the second, two unexpected ones agree.
-constexpr double kSurprise = 6.0;
-constexpr double kAgree = 4.0;
+constexpr double kUnexpectedNis = 6.0;
+constexpr double kAgreeingNis = 4.0;
 // Gain of the running estimate of the measurements' scatter.
 constexpr double kScatterGain = 0.15;
 constexpr double kMaxInflation = 200.0;
 // Initial value: real lenses and textures are worse than the noise model.
 constexpr double kFirstInflation = 3.0;
 // Decay of old log-likelihood ratios per measurement, and their bound.
-constexpr double kOddsKept = 0.85;
-constexpr double kMaxOdds = 8.0;
+constexpr double kLogRatioKept = 0.85;
+constexpr double kMaxLogRatio = 8.0;
 
 }  // namespace
 
@@ -127,45 +127,46 @@ void RigFilter::predict(double interval_s) {
   drifting_.predict(interval_s);
 }
 
-bool RigFilter::handle_surprise(const RigMeasurement& measured, double interval_s) {
-  const double limit = kSurprise * RigMeasurement::kSize;
+bool RigFilter::handle_unexpected(const RigMeasurement& measured, double interval_s) {
+  const double limit = kUnexpectedNis * RigMeasurement::kSize;
   if (drifting_.innovation(measured, interval_s, inflation_).nis < limit) {
-    surprise_.valid = false;
+    unexpected_measurement_.valid = false;
     return false;
   }
-  if (surprise_.valid) {
+  if (unexpected_measurement_.valid) {
     RigKalmanFilter knocked = drifting_;
-    knocked.restart(surprise_, interval_s, inflation_);
+    knocked.restart(unexpected_measurement_, interval_s, inflation_);
     knocked.predict(interval_s);
-    if (knocked.innovation(measured, interval_s, inflation_).nis < kAgree * RigMeasurement::kSize) {
+    if (knocked.innovation(measured, interval_s, inflation_).nis < kAgreeingNis * RigMeasurement::kSize) {
       knocked.update(measured, interval_s, inflation_);
       drifting_ = knocked;
       steady_.take_correction(knocked);
-      surprise_.valid = false;
+      unexpected_measurement_.valid = false;
       ++knocks_;
       return true;
     }
   }
   // An outlier, or a knock that the next measurement will confirm; or else all measurements scatter more than assumed.
-  surprise_ = measured;
+  unexpected_measurement_ = measured;
   inflation_ = std::min(kMaxInflation, 2.0 * inflation_);
   return true;
 }
 
 void RigFilter::update(const RigMeasurement& measured, double interval_s) {
   ++updates_;
-  if (handle_surprise(measured, interval_s)) {
+  if (handle_unexpected(measured, interval_s)) {
     return;
   }
   const RigKalmanFilter::Innovation still = steady_.innovation(measured, interval_s, inflation_);
   const RigKalmanFilter::Innovation drift = drifting_.innovation(measured, interval_s, inflation_);
-  steady_odds_ =
-      std::clamp(kOddsKept * steady_odds_ + still.log_likelihood - drift.log_likelihood, -kMaxOdds, kMaxOdds);
+  steady_log_likelihood_ratio_ =
+      std::clamp(kLogRatioKept * steady_log_likelihood_ratio_ + still.log_likelihood - drift.log_likelihood,
+                 -kMaxLogRatio, kMaxLogRatio);
   steady_.update(measured, interval_s, inflation_);
   drifting_.update(measured, interval_s, inflation_);
   const double scatter = inflation_ * std::min(still.nis, drift.nis) / RigMeasurement::kSize;
   inflation_ = std::clamp((1.0 - kScatterGain) * inflation_ + kScatterGain * scatter, 1.0, kMaxInflation);
-  if (steady_odds_ <= -kMaxOdds) {
+  if (steady_log_likelihood_ratio_ <= -kMaxLogRatio) {
     steady_.take_correction(drifting_);
   }
 }

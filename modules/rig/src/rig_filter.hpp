@@ -71,7 +71,7 @@ class RigFilter {
   [[nodiscard]] RigKalmanFilter::Vector expected(double interval_s) const { return likelier().expected(interval_s); }
   [[nodiscard]] RigCorrection::Vector correction() const { return likelier().correction(); }
   [[nodiscard]] RigCorrection::Matrix covariance() const { return likelier().covariance(); }
-  [[nodiscard]] bool holds_still() const noexcept { return steady_odds_ >= 0.0; }
+  [[nodiscard]] bool holds_still() const noexcept { return steady_log_likelihood_ratio_ >= 0.0; }
   /// Ratio of the measurements' actual to their formal variance, 1 or more.
   [[nodiscard]] double scatter() const noexcept { return inflation_; }
   [[nodiscard]] std::uint64_t updates() const noexcept { return updates_; }
@@ -80,13 +80,13 @@ class RigFilter {
  private:
   [[nodiscard]] const RigKalmanFilter& likelier() const noexcept { return holds_still() ? steady_ : drifting_; }
   /// True if the measurement needs no further processing.
-  bool handle_surprise(const RigMeasurement& measured, double interval_s);
+  bool handle_unexpected(const RigMeasurement& measured, double interval_s);
 
   RigKalmanFilter steady_;
   RigKalmanFilter drifting_;
-  double steady_odds_ = 0.0;  ///< Log-likelihood ratio of steady against drifting.
-  double inflation_ = 1.0;    ///< Factor of the measurements' covariance.
-  RigMeasurement surprise_;   ///< The last measurement, if unexpected.
+  double steady_log_likelihood_ratio_ = 0.0;  ///< Log-likelihood ratio of steady against drifting.
+  double inflation_ = 1.0;                    ///< Factor of the measurements' covariance.
+  RigMeasurement unexpected_measurement_;     ///< The last measurement, if unexpected.
   std::uint64_t updates_ = 0;
   std::uint64_t knocks_ = 0;
 };

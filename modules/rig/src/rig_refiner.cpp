@@ -67,8 +67,8 @@ constexpr double kMinWindow_s = 0.15;
 // A steady, well-known rig is measured less often.
 constexpr double kRelaxed_s = 0.9;
 constexpr std::uint64_t kRelaxedAfter = 8;
-// The certain part of a state is its estimate times max(0, 1 - (kSure sigma / estimate)^2).
-constexpr double kSure = 2.0;
+// The certain part of a state is its estimate times max(0, 1 - (kShrinkSigmas sigma / estimate)^2).
+constexpr double kShrinkSigmas = 2.0;
 // A state is off beyond this many.
 constexpr double kOff = 4.0;
 // Residual lens distortion: in KITTI's recordings, with about .2 px of it, windows scatter six times as much as noise
@@ -154,17 +154,19 @@ using Flags = std::bitset<RigCorrection::kSize>;
 /// The certain part of the estimate. States of largest uncertainty come first; the others are conditioned on their
 /// shrunk values. A state once found to be off is used as estimated: the calibration says nothing about it any more.
 /// `found`, if not null, gains the states that are off, given the shrunk values of those before.
-RigCorrection::Vector surely_known(RigCorrection::Vector value, RigCorrection::Matrix covariance,
-                                   const RigCorrection::Vector& lasting_rad, const Flags& off, Flags* found = nullptr) {
+RigCorrection::Vector shrunk_estimate(RigCorrection::Vector value, RigCorrection::Matrix covariance,
+                                      const RigCorrection::Vector& lasting_rad, const Flags& off,
+                                      Flags* found = nullptr) {
   constexpr std::array<int, RigCorrection::kSize> kOrder{RigCorrection::kFocal, RigCorrection::kShift, 4, 3, 2, 0, 1};
   for (const int i : kOrder) {
     const double variance = covariance(i, i) + lasting_rad[i] * lasting_rad[i];
     if (found != nullptr && std::abs(value[i]) > kOff * std::sqrt(variance)) {
       found->set(static_cast<std::size_t>(i));
     }
-    const double kept = off[static_cast<std::size_t>(i)]
-                            ? 1.0
-                            : std::max(0.0, 1.0 - kSure * kSure * variance / std::max(value[i] * value[i], 1e-30));
+    const double kept =
+        off[static_cast<std::size_t>(i)]
+            ? 1.0
+            : std::max(0.0, 1.0 - kShrinkSigmas * kShrinkSigmas * variance / std::max(value[i] * value[i], 1e-30));
     const RigCorrection::Vector gain = covariance.col(i) / covariance(i, i);
     value -= gain * ((1.0 - kept) * value[i]);
     covariance -= gain * covariance.row(i).eval();
@@ -240,15 +242,15 @@ void RigRefiner::begin_frame(std::int64_t timestamp_ns) {
   }
 }
 
-RigCorrection RigRefiner::surely_known_now() const {
+RigCorrection RigRefiner::shrunk_correction() const {
   const RigFilter& filter = storage_->filter;
-  return RigCorrection::from(surely_known(
+  return RigCorrection::from(shrunk_estimate(
       filter.correction(), filter.covariance(),
       lasting_error_rad(config_, geometry_, filter.scatter(), storage_->turns.typical_rad()), storage_->off));
 }
 
 RigCorrection RigRefiner::to_apply() const {
-  RigCorrection target = surely_known_now();
+  RigCorrection target = shrunk_correction();
   target.focal = 0.0;
   return target;
 }
@@ -377,7 +379,7 @@ void RigRefiner::publish() {
   estimate_.sigma_rad = (filter.covariance().diagonal().array() + lasting_rad.array().square()).sqrt();
   if (filter.updates() >= kMinWindows) {
     Flags found = storage_->off;
-    static_cast<void>(surely_known(value, filter.covariance(), lasting_rad, storage_->off, &found));
+    static_cast<void>(shrunk_estimate(value, filter.covariance(), lasting_rad, storage_->off, &found));
     storage_->off = found;
   }
   // At the image's middle a turn about y and a shift are the same.
@@ -387,7 +389,7 @@ void RigRefiner::publish() {
   estimate_.windows = filter.updates();
   estimate_.knocks = filter.knocks();
   const double yaw_sigma_px = estimate_.disparity_sigma_rad * geometry_.fx_px;
-  const RigCorrection known = surely_known_now();
+  const RigCorrection known = shrunk_correction();
   estimate_.known_focal = known.focal;
   const bool is_turned = distance_px(geometry_, known, {}) > kNoticeable_px;
   const bool is_off = is_turned || std::abs(known.focal) > kNoticeableFocal;

@@ -153,7 +153,7 @@ using PointRows = Eigen::Matrix<double, kRows, kShared + 1>;
 /// Householder reflection: afterwards only the first `kColumn + 1` rows depend on the point's first `kColumn + 1`
 /// coordinates.
 template <int kColumn>
-void turn_rows(Eigen::Matrix<double, kRows, 3>& by_point, PointRows& rows) {
+void eliminate_point_column(Eigen::Matrix<double, kRows, 3>& by_point, PointRows& rows) {
   constexpr int kBelow = kRows - kColumn;
   Eigen::Matrix<double, kBelow - 1, 1> essential;
   double tau = 0.0;
@@ -227,9 +227,9 @@ class TwoViewSystem {
     PointPart part = point_part(point, p, whitening);
     PointRows rows;
     rows << whitened<kShared>(whitening, by_shared(p)), part.residual;
-    turn_rows<0>(part.by_point, rows);
-    turn_rows<1>(part.by_point, rows);
-    turn_rows<2>(part.by_point, rows);
+    eliminate_point_column<0>(part.by_point, rows);
+    eliminate_point_column<1>(part.by_point, rows);
+    eliminate_point_column<2>(part.by_point, rows);
     const auto free = rows.bottomRows<kFreedom>();
     const double chi2 = free.col(kShared).squaredNorm();
     if (!std::isfinite(chi2)) {
@@ -267,8 +267,8 @@ class TwoViewSystem {
 };
 
 /// Weak prior of the measurement.
-struct Loosely {
-  Loosely(const RigMeasurement::Vector& start, bool focal_shown) {
+struct WeakPrior {
+  WeakPrior(const RigMeasurement::Vector& start, bool focal_shown) {
     expected[RigCorrection::kFocal] = start[RigCorrection::kFocal];
     sigma.head<RigCorrection::kSize>().setConstant(kLoose_rad);
     sigma.tail<RigCorrection::kSize>().setConstant(kLooseChange_rad);
@@ -282,15 +282,15 @@ struct Loosely {
 };
 
 NormalEquations linearise(const StereoGeometry& geometry, std::span<const TwoViewPoint> points, const Shared& shared,
-                          const Whitening& whitening, const Loosely& loosely) {
+                          const Whitening& whitening, const WeakPrior& prior) {
   NormalEquations sums;
   const TwoViewSystem system(geometry, shared);
   for (const TwoViewPoint& point : points) {
     system.add(point, whitening, sums);
   }
-  const RigMeasurement::Vector weight = loosely.sigma.array().square().inverse();
+  const RigMeasurement::Vector weight = prior.sigma.array().square().inverse();
   sums.hessian.diagonal().tail<RigMeasurement::kSize>() += weight;
-  sums.gradient.tail<RigMeasurement::kSize>() -= weight.cwiseProduct(shared.rig - loosely.expected);
+  sums.gradient.tail<RigMeasurement::kSize>() -= weight.cwiseProduct(shared.rig - prior.expected);
   return sums;
 }
 
@@ -299,12 +299,12 @@ NormalEquations linearise(const StereoGeometry& geometry, std::span<const TwoVie
 RigMeasurement calibrate_two_views(const StereoGeometry& geometry, std::span<const TwoViewPoint> points,
                                    const Se3& T_now_before, const RigMeasurement::Vector& start, bool focal_shown) {
   const Whitening whitening = make_whitening();
-  const Loosely loosely(start, focal_shown);
+  const WeakPrior prior(start, focal_shown);
   Shared shared{T_now_before, start};
   RigMeasurement out;
   NormalEquations sums;
   for (int i = 0; i < kMaxIterations; ++i) {
-    sums = linearise(geometry, points, shared, whitening, loosely);
+    sums = linearise(geometry, points, shared, whitening, prior);
     const SharedVector step = sums.hessian.ldlt().solve(sums.gradient);
     if (!step.allFinite()) {
       return out;
@@ -317,10 +317,10 @@ RigMeasurement calibrate_two_views(const StereoGeometry& geometry, std::span<con
   }
   out.value = shared.rig;
   out.points = sums.agreeing;
-  out.misfit = std::sqrt(sums.weighted_chi2 / std::max(kFreedom * sums.weight, 1.0));
+  out.rms_ratio = std::sqrt(sums.weighted_chi2 / std::max(kFreedom * sums.weight, 1.0));
   const SharedMatrix inverse = sums.hessian.ldlt().solve(SharedMatrix::Identity());
   out.covariance = inverse.bottomRightCorner<RigMeasurement::kSize, RigMeasurement::kSize>() *
-                   std::max(1.0, out.misfit * out.misfit);
+                   std::max(1.0, out.rms_ratio * out.rms_ratio);
   if (!focal_shown) {
     out.covariance(RigCorrection::kFocal, RigCorrection::kFocal) = kNothingKnown;
   }

@@ -29,7 +29,7 @@ struct RigMeasurement {
   Matrix covariance = Matrix::Identity();
   int points = 0;  ///< Inliers.
   /// RMS residual over that of the noise model.
-  double misfit = 1.0;
+  double rms_ratio = 1.0;
   bool valid = false;
 };
 

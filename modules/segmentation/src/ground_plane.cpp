@@ -26,8 +26,6 @@ constexpr float kMinShare = 0.1F;
 constexpr float kLowestM = 0.2F;
 constexpr float kHighestM = 3.F;
 constexpr float kOutOfReachM = 4.5F;
-/// Log-likelihood ratio below which a point is ground.
-constexpr float kGroundNats = -2.F;
 constexpr float kUnevennessM = 0.06F;
 /// Densities per metre: of the heights of objects, and of outliers, below the ground or far above.
 constexpr float kObjectDensity = 1.F / (kHighestM - kLowestM);

@@ -61,8 +61,8 @@ float probability_of(float log_odds) noexcept {
 
 /// Bounds the evidence to one to a thousand, either way.
 float log_odds_of(float probability) noexcept {
-  constexpr float kDoubt = 0.001F;
-  const float p = std::clamp(probability, kDoubt, 1.F - kDoubt);
+  constexpr float kMinProbability = 0.001F;
+  const float p = std::clamp(probability, kMinProbability, 1.F - kMinProbability);
   return std::log(p / (1.F - p));
 }
 

@@ -33,8 +33,6 @@ constexpr float kGapDepthM = 1.F;
 /// Or by a step in depth.
 constexpr float kStepDepthM = 1.5F;
 constexpr int kGapCells = 2;
-/// Log-likelihood ratio below which a point is ground.
-constexpr float kGroundNats = -2.F;
 
 }  // namespace
 
@@ -49,7 +47,7 @@ MotionClusters::MotionClusters(const MotionConfig& config, const StereoGeometry&
       arena.take<std::int16_t>(static_cast<std::size_t>(grid_width_) * static_cast<std::size_t>(grid_height_));
   next_in_cell_ = arena.take<std::int16_t>(n);
   motion_chi2_ = arena.take<float>(n);
-  left_out_ = arena.take<std::uint8_t>(n);
+  excluded_ = arena.take<std::uint8_t>(n);
   seeds_ = FixedVector<std::uint16_t>(arena, n);
   support_ = FixedVector<std::uint16_t>(arena, n);
   cluster_of_ = FixedVector<std::int16_t>(arena, n);
@@ -155,9 +153,9 @@ bool MotionClusters::separated(std::size_t i, std::size_t j) const noexcept {
     const int cx = std::clamp(static_cast<int>(p.x()), 0, cells.width - 1);
     const int cy = std::clamp(static_cast<int>(p.y()), 0, cells.height - 1);
     const float d = cells.row(cy)[cx];
-    const bool between =
-        d >= 0.F && (d < farther_px || dense_->ground.object_nats(cell_center(cx), cell_center(cy), d,
-                                                                  dense_->disparity.sigma_px()) < kGroundNats);
+    const bool between = d >= 0.F && (d < farther_px || dense_->ground.object_nats(cell_center(cx), cell_center(cy), d,
+                                                                                   dense_->disparity.sigma_px()) <
+                                                            GroundPlane::kGroundNats);
     if (d > 0.F) {
       const float near_px = std::max(d, last);
       const float step = near_px - fb / (fb / near_px + kStepDepthM);
@@ -208,11 +206,11 @@ void MotionClusters::list_seeds() {
     motion_chi2_[i] = 0.F;
     // Excludes moving shadows and highlights on the ground.
     const Feature& f = features_[i];
-    left_out_[i] = (m.known || m.fresh) && !dense_->ground.may_hold_object(f.left_px.x(), f.v_px, f.disparity_px(),
+    excluded_[i] = (m.known || m.fresh) && !dense_->ground.may_hold_object(f.left_px.x(), f.v_px, f.disparity_px(),
                                                                            dense_->disparity.sigma_px())
                        ? 1
                        : 0;
-    if (!(m.known || m.fresh) || m.static_chi2 < kSeedChi2 || left_out_[i] != 0) {
+    if (!(m.known || m.fresh) || m.static_chi2 < kSeedChi2 || excluded_[i] != 0) {
       continue;
     }
     motion_chi2_[i] = distance_to_ball_sq(m.velocity_mps, m.covariance + m.systematic, min_speed_mps_);
@@ -238,7 +236,7 @@ void MotionClusters::grow_from(std::size_t seed) {
   cluster_of_[seed] = h.label;
   for (std::size_t k = 0; k < support_.size(); ++k) {
     const std::size_t from = support_[k];
-    for_each_neighbour(from, [&](std::size_t j) { ask(h, from, j); });
+    for_each_neighbour(from, [&](std::size_t j) { test_neighbour(h, from, j); });
   }
   if (!holds(h) || !clusters_.push_back({})) {
     for (const std::uint16_t i : support_) {
@@ -248,20 +246,20 @@ void MotionClusters::grow_from(std::size_t seed) {
 }
 
 // Tests whether feature `j`, a neighbour of `from`, moves with the hypothesis, stands still, or fits both.
-void MotionClusters::ask(Hypothesis& h, std::size_t from, std::size_t j) {
+void MotionClusters::test_neighbour(Hypothesis& h, std::size_t from, std::size_t j) {
   if (cluster_of_[j] == h.label) {
     ++h.agreeing;
     return;
   }
-  const bool anothers = h.region >= 0 && known_region_[j] >= 0 && known_region_[j] != h.region;
-  if (cluster_of_[j] >= 0 || left_out_[j] != 0 || anothers) {
+  const bool in_other_region = h.region >= 0 && known_region_[j] >= 0 && known_region_[j] != h.region;
+  if (cluster_of_[j] >= 0 || excluded_[j] != 0 || in_other_region) {
     return;
   }
   const FeatureMotion& other = motions_[j];
   const float chi2 = mahalanobis_sq(other.velocity_mps - h.velocity_mps,
                                     other.covariance + h.covariance + velocity_slack(h.velocity_mps));
   if (chi2 >= kSameVelocityChi2 || other.static_chi2 - chi2 < kAbsorbChi2) {
-    h.dissenting += other.known && other.static_chi2 < chi2 && !separated(from, j) ? 1 : 0;
+    h.at_rest_neighbours += other.known && other.static_chi2 < chi2 && !separated(from, j) ? 1 : 0;
     return;
   }
   if (separated(from, j)) {
@@ -286,7 +284,7 @@ bool MotionClusters::holds(const Hypothesis& h) const {
   }
   const auto known =
       std::count_if(support_.begin(), support_.end(), [&](std::uint16_t i) { return motions_[i].known; });
-  if (known >= config_.min_features && h.agreeing >= kMinPurity * h.dissenting) {
+  if (known >= config_.min_features && h.agreeing >= kMinPurity * h.at_rest_neighbours) {
     return true;
   }
   const Feature& f = features_[h.seed];
@@ -372,14 +370,14 @@ void MotionClusters::join_parts() {
 
 void MotionClusters::absorb() {
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    if (cluster_of_[i] >= 0 || !motions_[i].known || left_out_[i] != 0) {
+    if (cluster_of_[i] >= 0 || !motions_[i].known || excluded_[i] != 0) {
       continue;
     }
     const FeatureMotion& own = motions_[i];
     std::int16_t best = -1;
     float best_chi2 = std::min(kSameVelocityChi2, own.static_chi2 - kAbsorbChi2);
     for_each_neighbour(i, [&](std::size_t j) {
-      // Only members that moved by themselves draw others in, so that a group does not creep outwards.
+      // Members absorbed before in this pass count too: a cluster may grow by more than one neighbourhood.
       if (cluster_of_[j] < 0) {
         return;
       }

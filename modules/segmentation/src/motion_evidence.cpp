@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "patch_similarity.hpp"
+#include "velocity_test.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 /// 99.9 % quantile of chi-square with three degrees of freedom: larger innovations are outliers.
 constexpr double kInnovationGate = 16.3;
 /// Mean NIS over its expectation, beyond which no constant velocity fits.
-constexpr double kMaxMisfit = 3.0;
+constexpr double kMaxNisRatio = 3.0;
 /// One observation in four may be an outlier.
 constexpr int kMaxOutlierRatio = 3;
 /// Prior standard deviation of a velocity, m/s.
@@ -26,8 +27,6 @@ constexpr float kMovingChi2 = 16.F;
 constexpr float kMinJumpPx = 6.F;
 /// Correlation of two patches from which a tracker may confuse them.
 constexpr float kSamePatch = 0.75F;
-/// Lower bound of the error of a velocity, whatever its formal precision.
-constexpr double kVelocityFloorMps = 0.03;
 
 }  // namespace
 
@@ -89,7 +88,7 @@ void MotionEvidence::observe(const Feature& feature, Slot& slot) const {
   }
   predict(slot, now_ns_);
   correct(slot, observation, T_world_cam_);
-  if (slot.misfits > 1) {
+  if (slot.successive_outliers > 1) {
     begin(slot, feature, observation, T_world_cam_, now_ns_);
   }
 }
@@ -144,7 +143,7 @@ void MotionEvidence::correct(Slot& slot, const Eigen::Vector3d& observation, con
       T_world_cam.rotation.transpose() * (slot.anchor_m + slot.state.head<3>() - T_world_cam.translation);
   constexpr double kNearestM = 0.1;
   if (p_cam.z() < kNearestM) {
-    slot.misfits = 2;
+    slot.successive_outliers = 2;
     return;
   }
   const Eigen::Matrix3d h = projection_jacobian(p_cam) * T_world_cam.rotation.transpose();
@@ -155,11 +154,11 @@ void MotionEvidence::correct(Slot& slot, const Eigen::Vector3d& observation, con
   const Eigen::Vector3d innovation = observation - geometry_.project(p_cam);
   const double chi2 = innovation.dot(s_inverse * innovation);
   if (!(chi2 <= kInnovationGate)) {
-    ++slot.misfits;
-    ++slot.left_out;
+    ++slot.successive_outliers;
+    ++slot.outliers;
     return;
   }
-  slot.misfits = 0;
+  slot.successive_outliers = 0;
   ++slot.observations;
   const Eigen::Matrix<double, 6, 3> gain = ph * s_inverse;
   slot.state += gain * innovation;
@@ -167,7 +166,7 @@ void MotionEvidence::correct(Slot& slot, const Eigen::Vector3d& observation, con
   // The first innovation only initialises the velocity.
   if (slot.observations > 2) {
     const double weight = std::max(0.1, 1.0 / (slot.observations - 1));
-    slot.misfit += weight * (chi2 / 3.0 - slot.misfit);
+    slot.nis_ratio += weight * (chi2 / 3.0 - slot.nis_ratio);
   }
 }
 
@@ -176,13 +175,13 @@ FeatureMotion MotionEvidence::motion_of(const Feature& feature, const Slot& slot
   motion.depth_m = static_cast<float>(geometry_.depth_m(feature.disparity_px()));
   // If the newest observation is an outlier, the feature is elsewhere.
   const double span_s = 1e-9 * static_cast<double>(slot.last_ns - slot.first_ns);
-  if (slot.observations < 2 || slot.misfits > 0 || kMaxOutlierRatio * slot.left_out > slot.observations ||
-      slot.misfit > kMaxMisfit || span_s <= 0.0) {
+  if (slot.observations < 2 || slot.successive_outliers > 0 || kMaxOutlierRatio * slot.outliers > slot.observations ||
+      slot.nis_ratio > kMaxNisRatio || span_s <= 0.0) {
     return motion;
   }
   motion.known = slot.observations >= 3;
   motion.fresh = !motion.known;
-  const Eigen::Matrix3d covariance = std::max(1.0, slot.misfit) * slot.covariance.bottomRightCorner<3, 3>();
+  const Eigen::Matrix3d covariance = std::max(1.0, slot.nis_ratio) * slot.covariance.bottomRightCorner<3, 3>();
   const Eigen::Matrix3d information = covariance.inverse();
   const Eigen::Vector3d velocity = slot.state.tail<3>();
   motion.velocity_mps = velocity.cast<float>();
@@ -218,10 +217,7 @@ Eigen::Matrix3f MotionEvidence::systematic_covariance(const Feature& feature, do
   const double lateral = config_.ego_sigma_px * z / geometry_.fx_px / span_s;
   const double radial = config_.bias_disparity_px * z / d / span_s;
   const Eigen::Vector3d ray = T_world_cam_.rotation * Eigen::Vector3d(x, y, 1.0);
-  const Eigen::Matrix3d covariance =
-      radial * radial * ray * ray.transpose() +
-      (lateral * lateral + kVelocityFloorMps * kVelocityFloorMps) * Eigen::Matrix3d::Identity();
-  return covariance.cast<float>();
+  return apparent_velocity_covariance(ray, radial, lateral);
 }
 
 }  // namespace kinetrace::segmentation

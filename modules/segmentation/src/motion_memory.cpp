@@ -18,10 +18,10 @@ constexpr int kMinHeldFeatures = 2;
 constexpr std::uint32_t kUnconfirmedGapFrames = 2;
 /// A feature leaves a moving region when rest fits it better by this much.
 constexpr float kLeaveChi2 = 4.F;
-/// A member that never moved with the region is removed after so many frames of unknown motion. A proved one gets a
-/// whole window: while an object brakes, no constant velocity fits.
+/// A member that never moved with the region is removed after so many frames of unknown motion. One that moved with it
+/// gets a whole window: while an object brakes, no constant velocity fits.
 constexpr int kMaxUnknownFrames = 4;
-constexpr int kMaxProvedUnknownFrames = 8;
+constexpr int kMaxMovedUnknownFrames = 8;
 
 }  // namespace
 
@@ -31,13 +31,13 @@ MotionMemory::MotionMemory(const MotionConfig& config, int max_features, Arena& 
       regions_(arena, kMaxRegions),
       region_of_(arena, static_cast<std::size_t>(max_features)),
       region_of_blob_(arena, MovingBlobs::kMaxBlobs),
-      proved_(arena, static_cast<std::size_t>(max_features)) {}
+      has_moved_with_region_(arena, static_cast<std::size_t>(max_features)) {}
 
 void MotionMemory::reset() noexcept {
   std::fill(memory_.begin(), memory_.end(), Membership{});
   regions_.clear();
   region_of_.clear();
-  proved_.clear();
+  has_moved_with_region_.clear();
   region_of_blob_.clear();
 }
 
@@ -116,9 +116,9 @@ void MotionMemory::memorise(std::span<const Feature> features, std::span<const F
     Membership& m = memory_[features[i].slot];
     const bool continued = m.feature_id == features[i].id;
     const int unknown_frames = motions[i].known ? 0 : 1 + (continued ? m.unknown_frames : 0);
-    const int timeout_frames = proved(i) ? kMaxProvedUnknownFrames : kMaxUnknownFrames;
+    const int timeout_frames = has_moved_with_region(i) ? kMaxMovedUnknownFrames : kMaxUnknownFrames;
     const std::int16_t r = unknown_frames > timeout_frames ? std::int16_t{-1} : region_of_[i];
-    m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, proved(i),
+    m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, has_moved_with_region(i),
          static_cast<std::uint8_t>(std::min(unknown_frames, 255))};
   }
 }
@@ -135,18 +135,18 @@ std::int16_t MotionMemory::index_of(std::uint32_t region_id) const noexcept {
 // region_of_ <- each feature's region in the previous frame, or the region on whose mask it was found.
 void MotionMemory::recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region) {
   region_of_.clear();
-  proved_.clear();
+  has_moved_with_region_.clear();
   for (std::size_t i = 0; i < features.size(); ++i) {
     const Feature& feature = features[i];
     std::uint32_t region_id = inherited_region[i];
-    bool proved = false;
+    bool has_moved_with_region = false;
     if (feature.slot < memory_.size() && memory_[feature.slot].feature_id == feature.id) {
       region_id = memory_[feature.slot].region_id;
-      proved = memory_[feature.slot].proved;
+      has_moved_with_region = memory_[feature.slot].has_moved_with_region;
     }
     // Same capacity as the motions.
     (void)region_of_.push_back(region_id == 0 ? std::int16_t{-1} : index_of(region_id));
-    (void)proved_.push_back(proved ? 1 : 0);
+    (void)has_moved_with_region_.push_back(has_moved_with_region ? 1 : 0);
   }
   for (MotionRegion& region : regions_) {
     region.moving = false;
@@ -154,7 +154,8 @@ void MotionMemory::recall(std::span<const Feature> features, std::span<const std
   }
 }
 
-// Each cluster continues the region that most of its features were in; several may continue one, as its parts.
+// Each cluster, the largest first, continues the region that got most votes of its features, if these are at least a
+// quarter of them and no cluster of this frame continues that region already; otherwise it begins a new one.
 void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
                                    std::span<const std::int16_t> cluster_of_feature,
                                    std::span<const std::uint32_t> drawn_region) {
@@ -200,19 +201,20 @@ bool MotionMemory::is_inconsistent(const FeatureMotion& motion, const MotionRegi
   return moving_chi2 > kSameVelocityChi2 || moving_chi2 > motion.static_chi2 + kLeaveChi2;
 }
 
-// Members of clusters are assigned to their cluster's region. Others stay without contrary evidence: a proved feature
-// leaves when its motion contradicts the moving region (not a resting one: then the object has stopped); a feature
-// merely found on the region's mask stays as long as the region shows no motion, but only for a few frames.
+// Members of clusters are assigned to their cluster's region. Others stay without contrary evidence: a feature that has
+// moved with a region leaves when its motion contradicts the moving region (not a resting one: then the object has
+// stopped); a feature merely found on the region's mask stays as long as the region shows no motion, but only for a few
+// frames.
 void MotionMemory::add_known_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                                       std::span<const std::int16_t> cluster_of_feature) {
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (cluster_of_feature[i] >= 0) {
       region_of_[i] = region_of_cluster_[static_cast<std::size_t>(cluster_of_feature[i])];
-      proved_[i] = region_of_[i] >= 0 ? 1 : 0;
+      has_moved_with_region_[i] = region_of_[i] >= 0 ? 1 : 0;
     } else if (region_of_[i] >= 0) {
       const MotionRegion& region = regions_[static_cast<std::size_t>(region_of_[i])];
       const bool contradicted = motions[i].known && is_inconsistent(motions[i], region);
-      const bool leaves = proved(i)
+      const bool leaves = has_moved_with_region(i)
                               ? region.moving && contradicted
                               : region.moving || contradicted || frame_ - region.last_moving_frame > kMaxUnknownFrames;
       region_of_[i] = leaves ? std::int16_t{-1} : region_of_[i];

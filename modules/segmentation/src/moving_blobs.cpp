@@ -47,15 +47,14 @@ constexpr float kSureRatio = 0.9F;
 /// expectation beyond which no single velocity fits.
 constexpr int kMinFrames = 3;
 constexpr float kExplainedRatio = 0.7F;
-constexpr float kMaxMisfit = 4.F;
+constexpr float kMaxNisRatio = 4.F;
 /// Least log-likelihood ratio of an object above the ground, no higher than a truck.
 constexpr float kStandsNats = 0.5F;
-constexpr float kVelocityFloorMps = 0.03F;
 
 }  // namespace
 
 Eigen::Matrix3f MovingBlob::covariance() const {
-  return std::max(1.F, misfit) * information.inverse();
+  return std::max(1.F, nis_ratio) * information.inverse();
 }
 
 MovingBlobs::MovingBlobs(const MotionConfig& config, const StereoGeometry& geometry, Arena& arena)
@@ -116,7 +115,7 @@ std::span<const MovingBlob> MovingBlobs::find(const DenseView& dense, const Temp
         continue;
       }
       MovingBlob blob;
-      if (const MovingBlob* const known = before(test)) {
+      if (const MovingBlob* const known = previous_blob(test)) {
         blob = *known;
       } else {
         search(test, across, blob);
@@ -239,7 +238,7 @@ void MovingBlobs::collect(int cx, int cy) {
 }
 
 // The blob of the frame before that most of the cells belonged to, within two cells.
-const MovingBlob* MovingBlobs::before(const TemporalTest& test) const {
+const MovingBlob* MovingBlobs::previous_blob(const TemporalTest& test) const {
   std::array<int, kMaxBlobs> votes{};
   for (const Cell& c : cells_) {
     const Eigen::Vector2f place =
@@ -335,7 +334,7 @@ void MovingBlobs::refine(const TemporalTest& test, const Eigen::Vector3f& down, 
     const Eigen::Vector3f correction = blob.velocity_mps - expected;
     const Eigen::Vector3f pulled = prior * correction;
     const float chi2 = pulled.dot(correction + (measured + 1e-3F * Eigen::Matrix3f::Identity()).inverse() * pulled);
-    blob.misfit += std::max(0.1F, 1.F / static_cast<float>(blob.frames)) * (chi2 / 3.F - blob.misfit);
+    blob.nis_ratio += std::max(0.1F, 1.F / static_cast<float>(blob.frames)) * (chi2 / 3.F - blob.nis_ratio);
   }
 }
 
@@ -353,10 +352,7 @@ Eigen::Matrix3f MovingBlobs::systematic_covariance(const MovingBlob& blob, const
   const double lateral = config_.ego_sigma_px * z / geometry_.fx_px / seen_s;
   const double radial = config_.bias_disparity_px / d * ego_speed_mps;
   const Eigen::Vector3d ray = T_world_cam.rotation * Eigen::Vector3d(x, y, 1.0);
-  const Eigen::Matrix3d covariance =
-      radial * radial * ray * ray.transpose() +
-      (lateral * lateral + kVelocityFloorMps * kVelocityFloorMps) * Eigen::Matrix3d::Identity();
-  return covariance.cast<float>();
+  return apparent_velocity_covariance(ray, radial, lateral);
 }
 
 bool MovingBlobs::significant(const MovingBlob& blob, const Se3& T_world_cam, double ego_speed_mps) const {
@@ -370,7 +366,7 @@ bool MovingBlobs::significant(const MovingBlob& blob, const Se3& T_world_cam, do
     return true;
   }
   return area_m2 >= kMinAreaM2 && blob.velocity_mps.norm() <= kMaxBlobMps && blob.frames >= kMinFrames &&
-         blob.misfit <= kMaxMisfit && blob.moved < kExplainedRatio * blob.rest &&
+         blob.nis_ratio <= kMaxNisRatio && blob.moved < kExplainedRatio * blob.rest &&
          chi2 >= static_cast<float>(config_.significance * config_.significance);
 }
 

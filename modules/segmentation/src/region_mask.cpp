@@ -167,8 +167,8 @@ bool RegionMask::describe(std::size_t region, std::span<const Feature> features,
   const int reach = static_cast<int>(std::ceil(reach_px / kCellPx));
   candidate.cells = {std::max(0, box.x0 - reach), std::max(0, box.y0 - reach),
                      std::min(previous_.width, box.x1 + reach), std::min(previous_.height, box.y1 + reach)};
-  candidate.lag = test.telling_lag(candidate.velocity_mps, cell_center((box.x0 + box.x1) / 2),
-                                   cell_center((box.y0 + box.y1) / 2), candidate.disparity_px);
+  candidate.lag = test.discriminating_lag(candidate.velocity_mps, cell_center((box.x0 + box.x1) / 2),
+                                          cell_center((box.y0 + box.y1) / 2), candidate.disparity_px);
   return true;
 }
 

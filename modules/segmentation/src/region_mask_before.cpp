@@ -27,8 +27,8 @@ bool RegionMask::moves_on(const MotionRegion& region, const DenseView& dense, co
   const Eigen::Vector3f& velocity = region.velocity_mps;
   const PixelBox& box = before->cells;
   const ImageView<const float> disparity = dense.disparity.disparity_px();
-  const int lag = test.telling_lag(velocity, cell_center((box.x0 + box.x1) / 2), cell_center((box.y0 + box.y1) / 2),
-                                   before->disparity_px);
+  const int lag = test.discriminating_lag(velocity, cell_center((box.x0 + box.x1) / 2),
+                                          cell_center((box.y0 + box.y1) / 2), before->disparity_px);
   float total = 0.F;
   for (int cy = box.y0; cy < box.y1; ++cy) {
     for (int cx = box.x0; cx < box.x1; ++cx) {

@@ -9,14 +9,12 @@ namespace kinetrace::segmentation {
 namespace {
 
 /// Least displacement between the two hypotheses for a reliable test, pixels of the matching images.
-constexpr float kTellingPx = 2.5F;
+constexpr float kDiscriminatingPx = 2.5F;
 /// Mean grey difference of a patch per nat, and the bound of a cell's ratio.
 constexpr float kGreyPerNat = 1.F;
 constexpr float kMaxNats = 3.F;
 /// Largest difference in depth within an object, metres.
 constexpr float kDepthM = 0.8F;
-/// Log-likelihood ratio below which a cell is ground.
-constexpr float kGroundNats = -2.F;
 
 }  // namespace
 
@@ -57,11 +55,11 @@ TemporalTest::Places TemporalTest::places(const Eigen::Vector3f& velocity_mps, i
   return {project(at_rest), project(moved)};
 }
 
-int TemporalTest::telling_lag(const Eigen::Vector3f& velocity_mps, float u, float v,
-                              float disparity_px) const noexcept {
+int TemporalTest::discriminating_lag(const Eigen::Vector3f& velocity_mps, float u, float v,
+                                     float disparity_px) const noexcept {
   for (int lag = 1; lag < history_->size(); ++lag) {
     const Places p = places(velocity_mps, lag, u, v, disparity_px);
-    if ((p.at_rest - p.moved).norm() >= kTellingPx * static_cast<float>(step_px_)) {
+    if ((p.at_rest - p.moved).norm() >= kDiscriminatingPx * static_cast<float>(step_px_)) {
       return lag;
     }
   }
@@ -149,7 +147,7 @@ float TemporalTest::elapsed_s(int lag) const noexcept {
 
 float TemporalTest::support_nats(const DenseView& dense, const Eigen::Vector3f& velocity_mps, float u, float v,
                                  float disparity_px, float radius_m) const noexcept {
-  const int lag = telling_lag(velocity_mps, u, v, disparity_px);
+  const int lag = discriminating_lag(velocity_mps, u, v, disparity_px);
   const ImageView<const float> cells = dense.disparity.disparity_px();
   const auto fb = static_cast<float>(geometry_.fx_px * geometry_.baseline_m);
   const float noise = 2.F * dense.disparity.sigma_px();
@@ -165,7 +163,8 @@ float TemporalTest::support_nats(const DenseView& dense, const Eigen::Vector3f& 
          cx <= std::min(cells.width - 1, static_cast<int>(mx + radius)); ++cx) {
       const float d = cells.row(cy)[cx];
       if (d < far_px || d > near_px ||
-          dense.ground.object_nats(cell_center(cx), cell_center(cy), d, dense.disparity.sigma_px()) < kGroundNats) {
+          dense.ground.object_nats(cell_center(cx), cell_center(cy), d, dense.disparity.sigma_px()) <
+              GroundPlane::kGroundNats) {
         continue;
       }
       total += cell_nats(velocity_mps, lag, cx, cy, d);

@@ -1,4 +1,4 @@
-// Tests for equality of velocities.
+// Tests for equality of velocities, and covariances for them.
 #pragma once
 
 #include <cmath>
@@ -47,6 +47,18 @@ inline constexpr float kSameVelocityChi2 = 11.3F;
     lambda += norm_sq / slope * (norm - radius) / radius;
   }
   return ((w - u).array().square() / variance.array()).sum();
+}
+
+/// Covariance of the apparent velocity of static things, by systematic errors: `radial_mps` along the viewing ray
+/// `ray`, whose depth is 1, and `lateral_mps` in all directions.
+[[nodiscard]] inline Eigen::Matrix3f apparent_velocity_covariance(const Eigen::Vector3d& ray, double radial_mps,
+                                                                  double lateral_mps) {
+  // Lower bound of the error of a velocity, whatever its formal precision.
+  constexpr double kVelocityFloorMps = 0.03;
+  const Eigen::Matrix3d covariance =
+      radial_mps * radial_mps * ray * ray.transpose() +
+      (lateral_mps * lateral_mps + kVelocityFloorMps * kVelocityFloorMps) * Eigen::Matrix3d::Identity();
+  return covariance.cast<float>();
 }
 
 /// Covariance of velocities within one object: rotation, and the assumption of constant velocity.

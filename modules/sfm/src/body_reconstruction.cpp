@@ -208,11 +208,11 @@ BodyReconstruction::ObservedPoints BodyReconstruction::observe_points(const Feat
     }
   };
   constexpr int kAny = std::numeric_limits<int>::max();
-  const int is_proven = config_.min_observations_for_consensus;
-  add(is_proven, kAny);
+  const int min_observations = config_.min_observations_for_consensus;
+  add(min_observations, kAny);
   observed.consensus_size = observed.count;
-  observed.is_proven = is_proven == 0 || observed.consensus_size >= kMinConsensus;
-  for (const auto& [least, most] : {std::pair{is_proven - 1, is_proven - 1}, {0, is_proven - 2}}) {
+  observed.is_proven = min_observations == 0 || observed.consensus_size >= kMinConsensus;
+  for (const auto& [least, most] : {std::pair{min_observations - 1, min_observations - 1}, {0, min_observations - 2}}) {
     add(least, most);
     if (observed.consensus_size < kMinConsensus) {
       observed.consensus_size = observed.count;

@@ -10,24 +10,24 @@
 namespace kinetrace::tracking {
 namespace {
 
-/// Standard deviation of an object's predicted place, in sizes, where no feature tells its motion, and where many do.
+/// Standard deviations of an object's predicted position, relative to its size: without features, and with many.
 constexpr double kPlaceSigma = 0.15;
 constexpr double kFollowedSigma = 0.03;
-/// ... for each second since it was last detected.
+/// ... and for each second without a detection.
 constexpr double kPlaceSigmaPerSecond = 0.4;
 constexpr double kPixel = 1.0;
-/// So many features halve what is not known of its motion.
+/// Number of features that halves the uncertainty of its motion.
 constexpr double kTellingFeatures = 4.0;
-/// ... where both have gone astray.
+/// Relative standard deviation where features and prediction are both wrong.
 constexpr double kAstraySigma = 0.3;
-/// Features and predictions of an object that was seen in the frame before are wrong altogether: log of how often.
+/// Log prior of features and prediction both being wrong, for an object detected in the previous frame.
 constexpr double kPredictionFails = -3.0;
 
 BoxPrediction box_at(const PixelBox& box, const Eigen::Vector2d& shift_px) {
   return {.low_px = Eigen::Vector2d(box.x0, box.y0) + shift_px, .high_px = Eigen::Vector2d(box.x1, box.y1) + shift_px};
 }
 
-/// The same place, known to about a pixel.
+/// The same position, known to about a pixel.
 BoxPrediction surely_at(const PixelBox& box, const Eigen::Vector2d& shift_px = Eigen::Vector2d::Zero()) {
   BoxPrediction there = box_at(box, shift_px);
   const double size_px = (there.high_px - there.low_px).cwiseMax(1.0).prod();
@@ -36,7 +36,7 @@ BoxPrediction surely_at(const PixelBox& box, const Eigen::Vector2d& shift_px = E
   return there;
 }
 
-/// Of the object: predicted, or as it was last seen.
+/// Disparity of the object: predicted, or else last measured.
 struct ExpectedDisparity {
   double mean_px = 0.0;  ///< 0: not known.
   double sigma_px = 0.0;
@@ -78,7 +78,7 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
   const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
   const double unknown = kTellingFeatures / (kTellingFeatures + instance.votes_of_features.total);
   const Eigen::Vector2d extent_px = (whole.high_px - whole.low_px).cwiseMax(1.0);
-  // How far an object reaches over the border of the image is not known, but its other side tells its size.
+  // The extent beyond the image border is unknown; the longer side of the prediction stands for it.
   const PixelBox& box = instance.track.box_px;
   Eigen::Vector2d size_px = Eigen::Vector2d::Constant(std::sqrt(extent_px.prod()));
   if (!box.empty()) {
@@ -94,7 +94,7 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
   const auto evidence_at = [&](const BoxPrediction& expected) {
     return box_evidence(expected, detection.box_px, width_px_, height_px_);
   };
-  BoxPrediction astray = whole;  // its features, or its trajectory, have gone with something else
+  BoxPrediction astray = whole;  // its features or its trajectory follow another object
   astray.place_sigma_px = (kAstraySigma * size_px).cwiseMax(whole.place_sigma_px);
   astray.size_sigma = std::max(kAstraySigma, whole.size_sigma);
   double best = std::max(evidence_at(whole), kPredictionFails + evidence_at(astray));

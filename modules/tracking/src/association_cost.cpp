@@ -10,29 +10,31 @@
 namespace kinetrace::tracking {
 namespace {
 
-/// New objects a frame that could be taken for a known one.
+/// Expected new objects per frame that could be taken for a known one.
 constexpr double kNewObjects = 1.0;
-/// Logarithm of the ratio of the largest to the smallest object: sizes of new ones are spread evenly over it.
+/// Log ratio of the largest to the smallest object: log sizes of new ones are uniform over it.
 constexpr double kLogSizes = 4.6;
-/// Masks are ragged by so much, and outlines change with the view by this part of the size.
+/// Standard deviation of a mask's edge, and of the change of the outline with the viewpoint, relative to the size.
 constexpr double kEdgeSigma_px = 1.5;
 constexpr double kEdgeSigma = 0.04;
-/// ... and those of what is hidden by more: how large all of it is has seldom been seen.
+/// Additional relative one per occluded part: the whole of such an object has seldom been observed.
 constexpr double kHiddenEdgeSigma = 0.2;
-/// Of each edge, that it is hidden: by something unknown; and where much is hidden and yet something is detected.
+/// Bounds of the probability of an occluded edge: by an unknown occluder, and for a mostly occluded object that is
+/// detected nevertheless.
 constexpr double kMinOccluded = 0.005;
 constexpr double kMaxOccluded = 0.5;
-/// Farther inside the predicted box, an edge is a hidden one.
+/// An edge farther inside the predicted box counts as occluded.
 constexpr double kInsideSigmas = 2.0;
-/// Of a feature, that it stays on its object, and that it lies on another one by chance.
+/// Probability that a feature stays on its object, and that it lies on another one by chance.
 constexpr double kStaysOnObject = 0.9;
 constexpr double kLiesOnOther = 0.02;
 constexpr double kIndependentFeatures = 6.0;
-/// Of disparities of one object: of its features, and over its depth relative to its distance.
+/// Standard deviation of the disparities of one object: of its features, and by its depth extent relative to its
+/// distance.
 constexpr double kDisparitySigma_px = 0.5;
 constexpr double kDepthExtent = 0.06;
-constexpr double kDisparityRange_px = 30.0;  ///< Of other objects.
-/// Of a feature on a mask, that it lies on something else: near contours. A few may all do so.
+constexpr double kDisparityRange_px = 30.0;  ///< Disparities of other objects are uniform over it.
+/// Probability that a feature on a mask belongs to another surface, as near contours. A few may all do so.
 constexpr double kForeignFeature = 0.3;
 constexpr std::size_t kMaxForeign = 6;
 constexpr double kDetectedInView = 0.95;
@@ -44,19 +46,19 @@ double log_normal_peak(double sigma) {
   return -std::log(sigma) - 0.5 * std::log(2.0 * std::numbers::pi);
 }
 
-/// One edge of the four: where it is seen against where it is expected.
+/// One of the four edges: measured against predicted.
 struct Edge {
   int axis = 0;
   double side = 0.0;         ///< -1 for the lower one, 1 for the upper one.
   double extent_px = 0.0;    ///< Of the predicted box along the axis.
-  double residual_px = 0.0;  ///< Seen minus expected.
+  double residual_px = 0.0;  ///< Measured minus predicted.
 
-  double sigma_px = 0.0;  ///< Of this edge alone.
+  double sigma_px = 0.0;  ///< Independent of the other edges.
 
   [[nodiscard]] double outward_px() const { return side * residual_px; }
 };
 
-/// Log-density of the edges as measured, all errors jointly normal.
+/// Log density of the measured edges, all errors jointly normal.
 double log_density(std::span<const Edge> edges, const BoxPrediction& predicted) {
   const auto count = static_cast<Eigen::Index>(edges.size());
   if (count == 0) {
@@ -84,7 +86,8 @@ double log_density(std::span<const Edge> edges, const BoxPrediction& predicted) 
          0.5 * static_cast<double>(count) * std::log(2.0 * std::numbers::pi);
 }
 
-/// Edges of the detection; of those at the image's border only what reaches less far than expected is measured.
+/// Edges of the detection. One at the image border is measured only if it was predicted inside; otherwise it is
+/// censored.
 std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& seen, int width_px, int height_px,
                                std::array<Edge, 4>& edges) {
   const std::array<int, 4> at{seen.x0, seen.x1, seen.y0, seen.y1};
@@ -129,7 +132,7 @@ double box_evidence(const BoxPrediction& predicted, const PixelBox& seen, int wi
   const auto shown = static_cast<double>(count) * std::log(1.0 - hidden);
   const double partly = truncated + shown + log_density(std::span(measured).first(count), predicted);
   const double whole = static_cast<double>(edges.size()) * std::log(1.0 - hidden) + log_density(edges, predicted);
-  // A new one: its place anywhere, its sizes anything; an edge at the border is where most of those end that reach it.
+  // A new object: uniform position, log-uniform sizes. A censored edge contributes no factor.
   const double per_axis[2] = {-std::log(static_cast<double>(width_px)) - std::log(kLogSizes * seen.width()),
                               -std::log(static_cast<double>(height_px)) - std::log(kLogSizes * seen.height())};
   double anything = std::log(kNewObjects);

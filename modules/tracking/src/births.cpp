@@ -1,4 +1,4 @@
-// The part of StereoTracker that makes new tracks.
+// The part of StereoTracker that initiates, splits and evicts tracks.
 #include <algorithm>
 #include <array>
 #include <tuple>
@@ -137,7 +137,7 @@ int StereoTracker::alive() const noexcept {
 }
 
 void StereoTracker::prune_to_capacity() noexcept {
-  // As births make room: what is small and has not been seen for long.
+  // The longest undetected first, then the smallest.
   const auto goes_before = [](const TrackInstance& a, const TrackInstance& b) {
     const auto rank = [](const TrackInstance& instance) {
       return std::tuple(!instance.alive(), -instance.track.missed_frames, instance.track.area_px);
@@ -152,7 +152,7 @@ void StereoTracker::prune_to_capacity() noexcept {
 void StereoTracker::evict_track(int for_area_px) noexcept {
   TrackInstance* victim = nullptr;
   TrackInstance* smallest = nullptr;
-  const auto rank = [](const TrackInstance& instance) {  // tentative before confirmed, then the longest unseen
+  const auto rank = [](const TrackInstance& instance) {  // tentative before confirmed, then the longest undetected
     return (instance.tentative() ? 1 << 16 : 0) + instance.track.missed_frames;
   };
   for (TrackInstance& instance : slots_) {

@@ -20,7 +20,7 @@ bool agrees(const DisparityPlane& plane, float tolerance_px, const DisparitySamp
   return std::abs(sample.disparity_px - expected) <= tolerance_px;
 }
 
-/// Least squares over the samples within `tolerance_px` of `start`; `start` again when they do not span a plane.
+/// Least squares over the samples within `tolerance_px` of `start`; `start` itself if they are too few.
 DisparityPlane refit(std::span<const DisparitySample> samples, const DisparityPlane& start, float tolerance_px) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // x, y, disparity
   std::size_t n = 0;

@@ -1,4 +1,4 @@
-// When what was expected of a track says something about what is seen.
+// Thresholds for comparing predictions of a track with observations.
 #pragma once
 
 #include <algorithm>
@@ -7,27 +7,27 @@
 
 namespace kinetrace::tracking {
 
-/// Nearer things have no size in the image that a similarity could carry.
+/// Below this depth the image size of an object is no longer modelled by a similarity.
 inline constexpr double kMinPredictionDepth_m = 0.2;
 
-/// A mask of which less than this is in the image is not replaced by what is left of it, as long as it is still found
-/// where it is expected.
+/// A mask with less than this part in the image is not replaced by its visible rest, as long as the detection fits the
+/// prediction.
 inline constexpr double kWholeInImage = 0.99;
 
-/// Less than this part of a mask in view is not enough to be detected.
+/// Below this visible part of a mask no detection is expected.
 inline constexpr double kMinVisiblePart = 0.3;
 
-/// Of a track that shows so much of its predicted mask, nothing is hidden.
+/// From this visible part of its predicted mask on, a track counts as unoccluded.
 inline constexpr double kWhollyInView = 0.9;
 
 inline bool wholly_in_view(const TrackInstance& instance) noexcept {
   return instance.overlap.area_px >= kWhollyInView * instance.predicted_px;
 }
 
-/// What nothing measures grows or shrinks by no more than this from frame to frame.
+/// Maximum change of scale from frame to frame where features do not measure it.
 inline constexpr double kMaxGrowth = 1.25;
 
-/// A disparity by so much greater is that of another thing in front.
+/// A disparity greater by this margin is that of another object in front.
 inline bool clearly_nearer(float disparity_px, float than_px) noexcept {
   return disparity_px > than_px + std::max(2.F, 0.15F * than_px);
 }

@@ -1,4 +1,4 @@
-// The part of StereoTracker that predicts where each track is seen, and which is in front.
+// The part of StereoTracker that predicts masks and their occlusion order.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,16 +11,17 @@
 namespace kinetrace::tracking {
 namespace {
 
-/// By how much a mask may grow from when it was seen to where its prediction is now.
+/// Maximum growth of a mask from its last observation to its prediction.
 constexpr double kMaxPredictionScale = 3.0;
-/// Where masks of things behind the camera, or too near, are put.
+/// Position for masks of objects behind the camera or too near.
 constexpr double kFarOutsidePx = 1e6;
-/// Features tell how a thing grows to .3 px over their spread and the root of their number: as much as the nearest of
-/// what is small grows from frame to frame. Less must not add up in what is hidden, which no detection puts right.
+/// Features measure the change of scale to .3 px over their spread times the root of their number: at this bound as
+/// much as the nearest small objects grow from frame to frame. Less certain ones must not accumulate in an occluded
+/// mask, which no detection corrects.
 constexpr double kTellsSize_px = 60.0;
-/// Fewer hidden pixels may be the raggedness of masks.
+/// Fewer occluded pixels may be the noise of masks.
 constexpr int kMinHiddenPx = 24;
-/// The one in front hides this many times more of the other than the other of it.
+/// The front object occludes this many times more of the other than vice versa.
 constexpr int kHiddenRatio = 3;
 
 std::uint64_t slot_bit(const TrackInstance& instance) noexcept {
@@ -99,7 +100,7 @@ bool StereoTracker::place_by_prediction(TrackInstance& instance) noexcept {
   const auto place = [&](double growth) {
     const Similarity motion =
         instance.mask.place(Similarity::about(then.point_px, growth, now.point_px - then.point_px));
-    // From far outside it has been put where it is seen again, and has not moved there.
+    // A return from far outside the image is a placement, not a motion.
     instance.motion = instance.mask_part_in_image > 0.0 ? motion : instance.motion;
     return true;
   };
@@ -111,7 +112,7 @@ bool StereoTracker::place_by_prediction(TrackInstance& instance) noexcept {
   if (!too_near) {
     return place(then.depth_m / now.depth_m);
   }
-  // It passes by: what was seen of it a moment ago tells more.
+  // It passes close by: while it is detected, its last motion is the better prediction.
   return unseen && put_outside();
 }
 
@@ -175,7 +176,7 @@ bool StereoTracker::is_nearer(const TrackInstance& a, const TrackInstance& b) no
 void StereoTracker::sort_far_to_near() noexcept {
   far_to_near_.clear();
   std::uint64_t waiting = 0;
-  std::array<std::uint64_t, kMaxObjects> hidden{};  // By slot: the tracks that it hides.
+  std::array<std::uint64_t, kMaxObjects> hidden{};  // By slot: the tracks that it occludes.
   for (const TrackInstance& instance : slots_) {
     if (!instance.alive()) {
       continue;
@@ -186,8 +187,8 @@ void StereoTracker::sort_far_to_near() noexcept {
       hidden[front] |= hides(slots_[front], instance) ? slot_bit(instance) : 0U;
     }
   }
-  // The next one hides none of those that wait, and of several is the farthest. Three that have been seen to hide each
-  // other in a circle leave none: then the farthest of all.
+  // Topological order: the next track occludes none of the remaining ones; of several, the farthest. A cycle of
+  // observed occlusions leaves none: then the farthest of all.
   while (waiting != 0) {
     const TrackInstance* next = nullptr;
     bool next_hides = true;

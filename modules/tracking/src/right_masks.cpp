@@ -1,4 +1,4 @@
-// The part of StereoTracker that carries left tracks to the right image.
+// The part of StereoTracker that maps left tracks to the right image.
 #include <algorithm>
 #include <cmath>
 
@@ -37,13 +37,13 @@ void StereoTracker::update_disparity(TrackInstance& instance, std::span<const Fe
   const DisparityPlane seen = fit_disparity(gather_samples(left_, instance.track.label(), features), scratch_);
   if (seen.known) {
     instance.disparity = seen;
-  } else if (instance.disparity.known) {  // an old slope may lie about a mask that has moved since
+  } else if (instance.disparity.known) {  // an old slope need not hold for a mask that has moved since
     instance.disparity.slope.setZero();
     instance.disparity.min_px = instance.disparity.max_px = instance.disparity.mean_px;
   }
 }
 
-// P_{i+1,lr}: for each right pixel the left one that the disparity plane brings there, x = x_right + d(x, y).
+// P_{i+1,lr}: for each right pixel the left one that the disparity plane maps to it, x = x_right + d(x, y).
 void StereoTracker::draw_right_prediction(TrackInstance& instance) noexcept {
   const DisparityPlane& d = instance.disparity;
   const PixelBox& left_box = instance.track.box_px;

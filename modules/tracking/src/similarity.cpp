@@ -8,9 +8,9 @@
 namespace kinetrace::tracking {
 namespace {
 
-/// Two points closer than this say little about scale.
+/// Two points closer than this do not determine the scale.
 constexpr double kMinSampleDistancePx = 4.0;
-/// An object that shrinks or grows beyond this in one frame is a wrong fit.
+/// A larger change of scale in one frame is a wrong fit.
 constexpr double kMaxScale = 2.0;
 
 class Random {
@@ -107,7 +107,7 @@ std::optional<Refined> refine(std::span<const PointPair> pairs, const Similarity
   out.similarity.tx = t.x();
   out.similarity.ty = t.y();
   const double residual = std::max(0.0, spread_to - (dot * dot + cross * cross) / spread);
-  // Features cannot be placed better than a fifth of a pixel, however well a handful of them happens to agree.
+  // Lower bound: features are accurate to a fifth of a pixel, however well a few of them happen to agree.
   const double sigma_sq = std::max(residual / std::max(1.0, 2.0 * n - 4.0), 0.04);
   out.edge_error_px = reach_px * std::sqrt(sigma_sq / spread);
   return plausible(out.similarity) ? std::optional(out) : std::nullopt;

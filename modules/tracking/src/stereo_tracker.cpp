@@ -12,12 +12,12 @@
 namespace kinetrace::tracking {
 namespace {
 
-/// Features looked at per object; more say nothing new about four parameters.
+/// Features used per object; more do not improve four parameters.
 constexpr std::size_t kMaxFeaturesPerObject = 256;
-/// A mask is still found where it is expected if it overlaps its prediction so far.
+/// Minimum intersection over union of a detection that fits its prediction.
 constexpr double kStillFits = 0.6;
 constexpr double kMinPartToClaim = 0.2;
-/// A detection that lies so far on the whole prediction is a part of it.
+/// Minimum part on the whole prediction of a detection that is a fragment of it.
 constexpr double kMinPartOnWhole = 0.5;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
@@ -26,7 +26,8 @@ PixelBox common_part(const PixelBox& a, const PixelBox& b) noexcept {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
-/// Where all of a thing lies that shows a part: as large as was predicted, and moved only so far that it holds that.
+/// Box of a whole object of which a part is seen: as large as predicted, moved as little as possible to contain that
+/// part.
 PixelBox slid_to_hold(const PixelBox& seen, const PixelBox& predicted) noexcept {
   const int width = std::max(seen.width(), predicted.width());
   const int height = std::max(seen.height(), predicted.height());
@@ -35,7 +36,7 @@ PixelBox slid_to_hold(const PixelBox& seen, const PixelBox& predicted) noexcept 
   return {x0, y0, x0 + width, y0 + height};
 }
 
-/// Of a track that nothing is foretold of yet: should it get no place, its direction will be that of its box.
+/// Prediction for a track without one: the direction of its box, should it never get a position.
 ObjectPrediction direction_of(const PixelBox& box) noexcept {
   return {.known = true,
           .point_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
@@ -213,8 +214,8 @@ void StereoTracker::accept_match(TrackInstance& instance, const Detection& detec
   instance.track.missed_frames = 0;
 }
 
-// Without features the object's motion is read off its masks: what the last prediction was off by, spread over the
-// frames since the last match, corrects the motion used for the next one.
+// Without features the object's motion follows from its masks: the innovation, spread over the frames since the last
+// match, corrects the motion used for the next prediction.
 void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detection) const noexcept {
   const PixelBox& predicted = instance.overlap.box_px;
   const auto touches_border = [&](const PixelBox& box) {
@@ -316,7 +317,7 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
       continue;
     }
     if (instance.missed.exceeds(limits_.missed_ns)) {
-      // It waits to be seen again; what it would cover is a guess that may not take pixels from anything.
+      // It waits for re-detection; its prediction is too uncertain to own pixels.
       instance.track.box_px = {};
       instance.track.area_px = 0;
       continue;
@@ -325,7 +326,7 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
     instance.track.box_px = shown.box_px;
     instance.track.area_px = shown.area_px;
   }
-  // Only now are all pixels given away, so that hidden parts are known to be hidden.
+  // All pixels are assigned by now, so that occluded parts are known.
   for (TrackInstance& instance : slots_) {
     if (instance.alive() && instance.detection >= 0) {
       remember_mask(instance, detections.left[static_cast<std::size_t>(instance.detection)]);
@@ -333,8 +334,8 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
   }
 }
 
-// The mask to predict from: the detected pixels, and those of the old mask that now lie behind a nearer object. So an
-// object that passes behind another keeps its full shape and is recognised when any part of it comes out.
+// The mask to predict from: the detected pixels, and those of the old mask now occluded by a nearer object. So an
+// object that passes behind another keeps its full shape and is associated as soon as any part of it reappears.
 void StereoTracker::remember_mask(TrackInstance& instance, const Detection& detection) noexcept {
   const double fit =
       intersection_over_union(instance.overlap.on_label[detection.label], instance.overlap.area_px, detection.area_px);
@@ -347,7 +348,7 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
   instance.mask_prediction = instance.prediction.known ? instance.prediction : direction_of(instance.track.box_px);
   const std::uint8_t label = instance.track.label();
   PixelBox box = instance.track.box_px;
-  // A thing does not grow by being hidden: what was predicted wrongly would, frame by frame.
+  // Occlusion must not enlarge a mask: prediction errors would accumulate frame by frame.
   const PixelBox predicted_box =
       common_part(instance.mask.current_box(), slid_to_hold(box, instance.mask.current_box()));
   const bool partly_hidden = instance.overlap.area_px < instance.predicted_px;
@@ -362,7 +363,7 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
   instance.mask.for_each_pixel(predicted_box, [&](int x, int y) {
     std::uint8_t& pixel = prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x];
     const std::uint8_t shown = left_.data[static_cast<std::ptrdiff_t>(y) * left_.stride + x];
-    pixel = hides(shown) ? kIgnoreLabel : pixel;  // the prediction image is free to mark them in
+    pixel = hides(shown) ? kIgnoreLabel : pixel;  // the prediction image is reused for marks
   });
   box.include(predicted_box.x0, predicted_box.y0);
   box.include(predicted_box.x1 - 1, predicted_box.y1 - 1);

@@ -10,20 +10,20 @@
 namespace kinetrace::trajectory {
 namespace {
 
-constexpr std::size_t kSides = 8;            // Views, each of an eighth of the circle around the object.
-constexpr double kViewFades_s = 3.0;         // By when a view counts 1/e of a new one that is as good.
-constexpr double kUnseenQuality = 0.5;       // Of a view, by each edge that is not seen.
-constexpr float kMaxReprojection_px = 1.5F;  // Of a point; others are mistaken.
+constexpr std::size_t kSides = 8;            // Views, one for each eighth of the circle around the object.
+constexpr double kViewFades_s = 3.0;         // Time after which a view counts 1/e of an equally good new one.
+constexpr double kUnseenQuality = 0.5;       // Minimum factor of a view's quality per occluded edge.
+constexpr float kMaxReprojection_px = 1.5F;  // Of a point; others are outliers.
 constexpr int kFirstIterations = 6;
 constexpr int kIterations = 2;
 constexpr int kChallengerIterations = 4;
 constexpr std::uint32_t kChallengedEvery = 2;  // Frames.
-constexpr double kClearlyBetter = 6.0;     // Twice log-likelihood; a box that turns must be this much more probable.
-constexpr double kRivalKept = 0.95;        // Of what a rival differs by, until the next one is tried.
-constexpr std::size_t kYaws = 6;           // Over half a circle.
-constexpr double kBehindFace = 0.4;        // Of its length, the middle of a body behind the points seen of it.
-constexpr double kYawOfShape_rad = 0.025;  // Bodies are rounded and not quite symmetric.
-constexpr double kTurnRate_radps = 0.3;    // Of what drives, standard deviation.
+constexpr double kClearlyBetter = 6.0;         // Twice the log-likelihood ratio at which a new box is accepted.
+constexpr double kRivalKept = 0.95;            // Factor of a rival's deviation per hypothesis tried.
+constexpr std::size_t kYaws = 6;               // Over half a circle.
+constexpr double kBehindFace = 0.4;  // Distance of a body's centre behind its visible points, relative to its size.
+constexpr double kYawOfShape_rad = 0.025;  // Error of yaw by shape: bodies are rounded and not quite symmetric.
+constexpr double kTurnRate_radps = 0.3;    // Of vehicles, standard deviation.
 constexpr double kQuarter_rad = 0.5 * std::numbers::pi;
 
 Eigen::Vector3d middle_of(std::span<const BodyPoint> points) {
@@ -59,7 +59,7 @@ void BoxEstimator::forget_views() noexcept {
   }
 }
 
-/// Of the frames that show one side, the one kept is that in which it is largest and least covered, and not long ago.
+/// Of the frames of one side, keeps the one in which the object is largest and least occluded, with decay over time.
 void BoxEstimator::keep_view(const BoxFrame& frame) noexcept {
   const Eigen::Vector3d from =
       frame.T_obj_cam.translation - (known_ ? state_.center_m : Eigen::Vector3d(Eigen::Vector3d::Zero()));
@@ -133,7 +133,7 @@ void BoxEstimator::begin(const BoxFrame& frame, const BoxEvidence& evidence) noe
   }
 }
 
-/// Takes the box that is found from `start` if it is more probable.
+/// Accepts the box fitted from `start` if it is more probable.
 void BoxEstimator::challenge(const BoxEvidence& evidence, const BoxState& start, int iterations,
                              double margin) noexcept {
   const BoxFit fit = fit_box(evidence, start, iterations);
@@ -147,8 +147,8 @@ void BoxEstimator::challenge(const BoxEvidence& evidence, const BoxState& start,
   }
 }
 
-// What is reported is one box, so a rival counts by how far it is from that: the mean squared error of a mixture of the
-// two. Few steps from a new start do not find the best of its kind each time, so the most probable one of late counts.
+// One box is reported, so a rival counts by its deviation from that: the mean squared error of a mixture of the two. A
+// few iterations from a new start do not always find the best rival, so the largest recent deviation counts.
 void BoxEstimator::note_rival(const BoxState& rival, double behind) noexcept {
   const double root = std::sqrt(1.0 / (1.0 + std::exp(0.5 * behind)));
   const Eigen::Matrix3d axes = upright_axes(down_obj_, state_.yaw_rad);
@@ -165,7 +165,7 @@ Box3Sigma BoxEstimator::sigma() const noexcept {
           std::hypot(sigma_.yaw_rad, rival_.yaw_rad), sigma_.heading_known};
 }
 
-/// A box of another kind, or as long as nothing shows where the front is, turned: one after the other.
+/// The next hypothesis in turn: another kind or, while the heading is unknown, another yaw.
 BoxState BoxEstimator::challenger(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept {
   const std::size_t kinds = evidence.kinds.size();
   const std::size_t turn = updates_ / kChallengedEvery % (heading_ ? kinds : kinds + kYaws - 1);
@@ -176,13 +176,13 @@ BoxState BoxEstimator::challenger(const BoxFrame& frame, const BoxEvidence& evid
   return start_at(frame, state_.yaw_rad + turned_rad, likely_kind(frame));
 }
 
-/// The direction of motion is that of the object as long as its frame turns with it; otherwise it grows old.
+/// A heading stays valid as long as the object's frame turns with it; otherwise its uncertainty grows.
 void BoxEstimator::note_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept {
   const double passed_s = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(frame.timestamp_ns - timestamp_ns_) : 0.0;
   timestamp_ns_ = frame.timestamp_ns;
   if (frame.heading) {
     if (!heading_) {
-      rival_ = Box3Sigma{};  // They were turned in other ways.
+      rival_ = Box3Sigma{};  // Rivals had other yaws.
     }
     const Eigen::Vector3d along_world = upright_axes(frame.ground.down, frame.heading->yaw_rad).col(0);
     heading_ = Heading{upright_yaw(ground_obj.down, frame.T_world_obj.rotation.transpose() * along_world),
@@ -220,7 +220,7 @@ void BoxEstimator::update(const BoxFrame& frame) noexcept {
   }
   const double off_rad = heading_ ? std::remainder(state_.yaw_rad - heading_->yaw_rad, 2.0 * std::numbers::pi) : 0.0;
   if (std::abs(off_rad) > 0.5 * kQuarter_rad) {
-    // Its motion shows that what was taken for its side or its rear is its front.
+    // Its motion contradicts the yaw: the side or rear was taken for the front.
     begin(frame, evidence);
     return;
   }

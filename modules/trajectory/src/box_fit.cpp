@@ -12,21 +12,22 @@
 namespace kinetrace::trajectory {
 namespace {
 
-constexpr double kMaskEdge_px = 1.5;    // Of a mask's border, standard deviation.
-constexpr double kShape_m = 0.10;       // By which a body's outline differs from that of its shape.
-constexpr double kSurface_m = 0.06;     // By which its faces are not flat, outwards.
-constexpr double kRecess_m = 0.20;      // How deep windows and the like lie behind a face, mean.
-constexpr double kPointsPerView = 5.0;  // All points of a view say as much as so many independent ones.
-constexpr double kRobust = 3.0;         // Residuals in standard deviations from which Cauchy's loss takes over.
-constexpr double kNearest_m = 0.3;      // Corners beside or behind the camera are far outside its image.
+constexpr double kMaskEdge_px = 1.5;    // Of a mask's edge, standard deviation.
+constexpr double kShape_m = 0.10;       // Deviation of a body's outline from its shape model.
+constexpr double kSurface_m = 0.06;     // Unevenness of its faces, outwards.
+constexpr double kRecess_m = 0.20;      // Mean depth of windows and other recesses behind a face.
+constexpr double kPointsPerView = 5.0;  // Independent points that all points of a view count as.
+constexpr double kRobust = 3.0;         // Scale of Cauchy's loss, in standard deviations.
+constexpr double kNearest_m = 0.3;      // Minimum depth of a corner: nearer ones are far outside the image.
 constexpr double kMinSize_m = 0.2;
-constexpr double kCenterPrior_m = 4.0;  // About where the start is; keeps the system regular.
+constexpr double kCenterPrior_m = 4.0;  // About the start; regularises the system.
 constexpr double kYawPrior_rad = 1.5;
 constexpr double kMaxStep_m = 1.0;
 constexpr double kMaxTurn_rad = 0.3;
-// Squared residuals of a body that fits: points lie exponentially deep behind faces, outlines differ from their shapes.
+// Mean squared residual of a body that fits: depths behind faces are exponential, outlines differ from their shape
+// models.
 constexpr double kUsualMisfit = 5.0;
-constexpr double kParameters = 3.0;  // Those that measurements alone determine; sizes have a prior.
+constexpr double kParameters = 3.0;  // Determined by measurements alone; sizes have a prior.
 
 // Points of outlines, in half lengths, half heights (down) and half widths of the box. A car's is symmetric: its front
 // may not be known.
@@ -51,7 +52,7 @@ std::span<const Eigen::Vector3d> outline_of(BodyShape shape) {
                                      : std::span<const Eigen::Vector3d>(kBoxOutline);
 }
 
-/// Of a normal distribution in each dimension, log density up to a constant.
+/// Log density of the normal distributions of the dimensions, up to a constant.
 double log_density(const KindOfObject& kind, const Eigen::Vector3d& size_m) {
   const Eigen::Vector3d sigma_m = kind.sigma_m.cast<double>();
   const Eigen::Vector3d z = (size_m - kind.mean_m.cast<double>()).cwiseQuotient(sigma_m);
@@ -62,7 +63,7 @@ class Problem {
  public:
   Problem(const BoxEvidence& evidence, const BoxState& start) : evidence_(evidence), start_(start), state_(start) {}
 
-  /// `with_cost`: result() is asked for next, so the cost is wanted, whose logarithms take time.
+  /// `with_cost`: also computes the cost for result(); its logarithms take time.
   void linearise(bool with_cost) {
     with_cost_ = with_cost;
     A_ = upright_axes(evidence_.down, state_.yaw_rad);
@@ -95,7 +96,7 @@ class Problem {
     state_.size_m = (state_.size_m + delta.tail<3>()).cwiseMax(kMinSize_m);
   }
 
-  /// Where what is seen does not fit a box, the box is less sure.
+  /// A misfit scales the covariance up.
   [[nodiscard]] BoxFit result() const {
     const double surplus = std::max(residuals_ - kParameters, 1.0);
     const double misfit = std::max(1.0, misfit_ / (kUsualMisfit * surplus));
@@ -164,13 +165,13 @@ class Problem {
     Vector7d J = Vector7d::Zero();
     J[3] = 1.0 / heading.sigma_rad;
     const double off_rad = std::remainder(state_.yaw_rad - heading.yaw_rad, 2.0 * std::numbers::pi);
-    // Turned by 180 degrees is no outlier: not robust.
+    // Not robust: a box turned by 180 degrees is no outlier.
     H_ += J * J.transpose();
     g_ += off_rad / heading.sigma_rad * J;
     cost_ += off_rad * off_rad / (heading.sigma_rad * heading.sigma_rad);
   }
 
-  /// The point of the outline that is farthest out on one side of its image.
+  /// The outermost point of the projected outline on one side.
   struct Extreme {
     double at_px = 0.0;
     Eigen::Vector3d k = Eigen::Vector3d::Zero();
@@ -226,7 +227,7 @@ class Problem {
     add(off_px / sigma_px, J / sigma_px);
   }
 
-  /// Points lie on the faces that the camera sees, some behind them, none before them.
+  /// Points lie on visible faces, some behind them, none in front.
   void add_points(const BoxView& view) {
     const Eigen::Vector3d camera = A_.transpose() * (view.T_obj_cam.translation - state_.center_m);
     // The points' error along the ray, across the faces of each axis.
@@ -240,7 +241,7 @@ class Problem {
     }
   }
 
-  /// Before the faces that `q` is outside of; false if it is inside the box.
+  /// Residuals to the faces that `q` is in front of; false if it is inside the box.
   bool add_outside(const Eigen::Vector3d& q, const Eigen::Vector3d& sigma_m, double weight) {
     bool is_outside = false;
     for (int axis = 0; axis < 3; ++axis) {
@@ -254,7 +255,7 @@ class Problem {
     return is_outside;
   }
 
-  /// Behind the nearest one of the faces that `camera` sees, both in the box's axes.
+  /// Residual to the nearest of the faces visible from `camera`; both in the box's axes.
   void add_inside(const Eigen::Vector3d& q, const Eigen::Vector3d& camera, const Eigen::Vector3d& sigma_m,
                   double weight) {
     double nearest_m = std::numeric_limits<double>::infinity();
@@ -289,8 +290,8 @@ class Problem {
   Matrix7d H_ = Matrix7d::Zero();
   Vector7d g_ = Vector7d::Zero();
   double cost_ = 0.0;
-  double misfit_ = 0.0;     ///< Of measurements, of the cost.
-  double residuals_ = 0.0;  ///< How many there are, by their weights.
+  double misfit_ = 0.0;     ///< Part of the cost due to measurements.
+  double residuals_ = 0.0;  ///< Number of residuals, by their weights.
   bool with_cost_ = false;
 };
 

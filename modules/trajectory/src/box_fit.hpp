@@ -1,4 +1,4 @@
-// The most probable box of an object, given what some frames show of it.
+// The most probable box of an object, given some views of it.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace kinetrace::trajectory {
 using Vector7d = Eigen::Matrix<double, 7, 1>;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
-/// All that a box is estimated from. Ground and heading are in the object's frame.
+/// All evidence of a box. Ground and heading are in the object's frame.
 struct BoxEvidence {
   const StereoGeometry& geometry;
   std::span<const BoxView> views;
@@ -32,8 +32,8 @@ struct BoxEvidence {
 struct BoxFit {
   BoxState state;
   double cost = 0.0;                           ///< Twice the negative log-likelihood, up to a constant.
-  double misfit = 1.0;                         ///< Variance of what is left over that of a body that fits, at least 1.
-  Matrix7d covariance = Matrix7d::Identity();  ///< Of centre (object frame), yaw, size; by the misfit larger.
+  double misfit = 1.0;                         ///< Residual variance over that of a body that fits, at least 1.
+  Matrix7d covariance = Matrix7d::Identity();  ///< Of centre (object frame), yaw, size; scaled by the misfit.
 };
 
 /// Gauss-Newton from `start`, robust, `iterations` times.

@@ -10,18 +10,18 @@ namespace {
 
 constexpr std::size_t kMinPoints = 12;
 constexpr std::uint32_t kFirstSamples = 100;
-constexpr std::uint32_t kSamples = 10;  // A frame; a plane found stays a candidate.
+constexpr std::uint32_t kSamples = 10;  // Per frame; the current plane stays a candidate.
 constexpr float kMinCosine = 0.34F;     // 70 degrees from the camera's y axis.
 constexpr float kMinHeight_m = 0.3F;    // Of the camera above the ground.
 constexpr float kRange_m = 40.F;        // Beyond, roads bend and stereo is coarse.
 constexpr float kRoughness_m = 0.05F;   // Kerbs and bumps, standard deviation.
-constexpr float kPartOfRange = 0.006F;  // Error of a point's height, of its distance.
+constexpr float kPartOfRange = 0.006F;  // Error of a point's height, relative to its distance.
 constexpr float kWithinSigmas = 2.5F;
-constexpr float kPenalty = 1.5F;      // What lies below weighs more than what lies on it: nothing is seen there.
+constexpr float kPenalty = 1.5F;      // A point below weighs more than an inlier: nothing is visible below the ground.
 constexpr double kMinShare = 0.08;    // Of the points, on the ground.
 constexpr int kAveraged = 10;         // Frames over which the slope is averaged: roads bend slowly.
-constexpr double kSameSigmas = 4.0;   // Of the slope; another plane has been found where it differs by more.
-constexpr double kMinScatter = 0.05;  // Of squared residuals over tolerances; less is chance.
+constexpr double kSameSigmas = 4.0;   // Of the slope; a larger change means another plane.
+constexpr double kMinScatter = 0.05;  // Minimum of squared residuals over tolerances; less is chance.
 constexpr double kMinSlope_rad = 0.006;
 
 /// A hash of two numbers (Steele, Lea and Flood 2014).
@@ -53,7 +53,7 @@ float GroundEstimator::tolerance_m(const Eigen::Vector3f& point_m) const noexcep
   return kWithinSigmas * std::hypot(kRoughness_m, kPartOfRange * point_m.norm());
 }
 
-/// Points on it, less what lies beyond it.
+/// Inliers, minus a penalty for points below the plane.
 float GroundEstimator::score(const Plane& plane) const noexcept {
   float sum = 0.F;
   for (std::size_t i = 0; i < count_; ++i) {

@@ -12,9 +12,9 @@ namespace kinetrace::trajectory {
 namespace {
 
 constexpr std::size_t kMaxWindow = 21;  // The largest velocity_window_frames on both sides.
-// Samples further off in time say nothing about the velocity now, whatever their number.
+// Samples farther away in time do not represent the velocity, whatever their number.
 constexpr double kMaxTime_s = 2.0;
-// Errors below a centimetre, and those that drift with the frames, are not in the covariances.
+// Lower bounds for errors that covariances omit: those below a centimetre, and those that drift over frames.
 constexpr double kPositionFloor_m = 0.01;
 constexpr double kVelocityFloor_mps = 0.05;
 constexpr double kStopRatio = 0.5;
@@ -30,7 +30,7 @@ Eigen::Matrix3d information_of(const Eigen::Matrix3d& covariance) {
       .solve(Eigen::Matrix3d::Identity());
 }
 
-/// Slope of the rotation about the world's y axis, relative to the centre's.
+/// Rate of rotation about the world's y axis, by least squares, relative to the centre's rotation.
 struct TurnRate {
   double sum_t = 0.0, sum_tt = 0.0, sum_a = 0.0, sum_ta = 0.0;
   double count = 0.0;

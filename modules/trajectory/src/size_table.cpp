@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::uint16_t kOther = SizeTable::kOtherClasses;
 
-// Means and deviations as the labels of KITTI have them (Geiger et al. 2012), lengths of cars and widths without
-// mirrors as European registers do. config/sizes.yaml is this table.
+// Means and deviations from the labels of KITTI (Geiger et al. 2012), lengths of cars and widths without mirrors from
+// European registers. config/sizes.yaml is this table.
 const std::array<KindOfObject, 13> kUsual{{
     {kVehicleClass, 0.80F, {4.25F, 1.50F, 1.76F}, {0.42F, 0.10F, 0.10F}, BodyShape::kSaloon},
     {kVehicleClass, 0.09F, {5.10F, 2.05F, 1.95F}, {0.50F, 0.22F, 0.12F}, BodyShape::kBox},

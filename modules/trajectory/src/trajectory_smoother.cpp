@@ -13,13 +13,13 @@ namespace {
 
 constexpr int kIterations = 4;
 constexpr double kConverged = 1e-6;  // rad or m
-// Measurements further off than this (root of the chi-square of six numbers, 99 % quantile) weigh less. A loss that
-// gives them up altogether would leave a path to the prior alone, which leads anywhere.
+// Huber threshold: root of the 99 % quantile of chi-square with six degrees of freedom. A loss that rejects outliers
+// altogether could leave the path to the prior alone.
 constexpr double kHuber = 4.1;
-// No pose is known better than this, whatever its covariance says: errors of the reconstruction that last over frames.
+// Lower bounds of a pose's standard deviations: its covariance omits the correlated errors of the reconstruction.
 constexpr double kRotationFloor_rad = 5e-4;
 constexpr double kPositionFloor_m = 2e-3;
-// How far from zero the velocity of something at rest may appear to be.
+// Standard deviations of the apparent velocity of an object at rest.
 constexpr double kRestSpeed_mps = 0.05;
 constexpr double kRestTurn_rad_s = 0.01;
 constexpr double kMinStep_s = 1e-4;
@@ -28,7 +28,7 @@ double seconds(const PathNode& from, const PathNode& to) {
   return std::max(1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns), kMinStep_s);
 }
 
-/// Rotation variances of this size mean that the rotation was not measured at all.
+/// Variance from which a rotation counts as not measured.
 constexpr double kUnknownRotation_rad2 = 0.5;
 
 bool rotation_unknown(const PathNode& node) {
@@ -130,7 +130,7 @@ void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fi
 }
 
 void TrajectorySmoother::solve(std::size_t count) noexcept {
-  // Forward: eliminate node k from its two successors. The inverse of its block takes the block's place.
+  // Forward: eliminate node k from its two successors. The inverse of its block replaces the block.
   for (std::size_t k = 0; k < count; ++k) {
     BlockRow& row = rows_[k];
     row.diagonal = Matrix6d(row.diagonal.ldlt().solve(Matrix6d::Identity()));
@@ -166,7 +166,7 @@ void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed, boo
     return;
   }
   if (std::all_of(path.begin(), path.end(), rotation_unknown)) {
-    // Nothing may be concluded from a path about the rotation of what was never seen to turn.
+    // The path must not determine the rotation of an object whose rotation was never measured.
     for (PathNode& node : path) {
       node.covariance.topLeftCorner<3, 3>() = kRotationFloor_rad * kRotationFloor_rad * Eigen::Matrix3d::Identity();
     }

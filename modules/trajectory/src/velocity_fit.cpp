@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kSpeedPrior_mps = 50.0;
 constexpr double kAccelerationPrior_mps2 = 20.0;
-// The chi-square of the residuals is trusted like so many rows of the given covariance.
+// Weight of the given covariance against the residuals' chi-square, in rows.
 constexpr double kGivenRows = 3.0;
 constexpr double kAccelerationGate = 16.3;  // 99.9 % of chi-square with three degrees of freedom.
 
@@ -21,7 +21,7 @@ struct Polynomial {
   double variance_factor = 1.0;
 };
 
-/// Positions are relative to the first point, so that the prior of the offset can be weak and yet well conditioned.
+/// Positions are relative to the first point, for conditioning: the offset has no prior.
 template <int kOrder>
 Polynomial<kOrder> fit(std::span<const PathPoint> points) {
   constexpr int kSize = 3 * (kOrder + 1);

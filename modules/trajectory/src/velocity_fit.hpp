@@ -18,9 +18,9 @@ struct VelocityFit {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-/// Fits constant velocity or, where at least kMinAcceleratedPoints points show it significantly, constant acceleration.
-/// Covariances grow where the points scatter more than their information says. Needs at least two points; a weak prior
-/// of rest keeps points of equal time finite.
+/// Fits constant velocity or, where significant and with at least kMinAcceleratedPoints points, constant acceleration.
+/// Covariances are scaled up where the residuals exceed the given information. Needs at least two points; a weak prior
+/// of rest keeps the fit finite for points of equal time.
 inline constexpr std::size_t kMinAcceleratedPoints = 7;
 [[nodiscard]] VelocityFit fit_velocity(std::span<const PathPoint> points);
 

@@ -1,4 +1,4 @@
-// instances kinetrace-sim.onnx PICTURE: what that network sees, as rows of class, score, x0, y0, x1, y1 of the box.
+// instances kinetrace-sim.onnx PICTURE: the network's detections, as rows of class, score and box x0, y0, x1, y1.
 #include <cstdio>
 #include <cstdlib>
 #include <kinetrace/imaging/image_reader.hpp>

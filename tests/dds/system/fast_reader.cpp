@@ -11,14 +11,11 @@
 #include <cstdio>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -30,14 +27,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "fast_dds.hpp"
 #include "ros_expectations.hpp"
-#include "ros_messagesPubSubTypes.h"
 
 namespace kinetrace::test {
 namespace {
-
-namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
 
 std::atomic<bool> is_over{false};
 
@@ -73,22 +67,8 @@ bool parse(const std::vector<std::string>& arguments, Options& options) {
 }
 
 /// Collects the discovery data of other participants.
-class Discovery : public dds::DomainParticipantListener {
+class Discovery : public DiscoveryListener {
  public:
-  void on_publisher_discovery(dds::DomainParticipant* /*participant*/, rtps::WriterDiscoveryInfo&& info) override {
-    if (info.status != rtps::WriterDiscoveryInfo::DISCOVERED_WRITER) {
-      return;
-    }
-    const std::lock_guard lock(mutex_);
-    nlohmann::json& writer = writers_[info.info.topicName().to_string()];
-    writer["type"] = info.info.typeName().to_string();
-    writer["encodings"] = info.info.m_qos.representation.m_value;
-    writer["reliable"] = info.info.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS;
-  }
-  void on_participant_discovery(dds::DomainParticipant* /*participant*/,
-                                rtps::ParticipantDiscoveryInfo&& info) override {
-    participants_ += info.status == rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT ? 1 : 0;
-  }
   [[nodiscard]] nlohmann::json writers() {
     const std::lock_guard lock(mutex_);
     return writers_;
@@ -96,6 +76,15 @@ class Discovery : public dds::DomainParticipantListener {
   [[nodiscard]] int participants() const { return participants_; }
 
  private:
+  void on_writer(const DiscoveredWriter& found) override {
+    const std::lock_guard lock(mutex_);
+    nlohmann::json& writer = writers_[found.topic];
+    writer["type"] = found.type;
+    writer["encodings"] = found.encodings;
+    writer["reliable"] = found.reliable;
+  }
+  void on_participant() override { ++participants_; }
+
   std::mutex mutex_;
   nlohmann::json writers_ = nlohmann::json::object();
   std::atomic<int> participants_ = 0;
@@ -179,7 +168,7 @@ class TopicReader {
     made->reader_ = subscriber.create_datareader(topic, qos);
     made->take_ = [self = made.get(), mistakes_in, message = std::make_shared<Message>()](Mistakes& mistakes) {
       dds::SampleInfo info;
-      if (self->reader_->take_next_sample(message.get(), &info) != ReturnCode_t::RETCODE_OK) {
+      if (self->reader_->take_next_sample(message.get(), &info) != kOk) {
         return Taken::kNothing;
       }
       if (!info.valid_data) {

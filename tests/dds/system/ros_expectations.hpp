@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "ros_messages.h"
+#include "fast_dds.hpp"
 
 namespace kinetrace::test {
 

@@ -81,12 +81,24 @@ TEST(TargetDrawing, HasTheTrueSize) {
   EXPECT_EQ(black_rectangles(chessboard_target(9, 6, 0.03))->size(), 35U);
 }
 
+TEST(TargetDrawing, IsRecognised) {
+  const kinetrace::test::TempFolder folder;
+  std::ofstream(folder.file("board.svg")) << *target_svg(chessboard_target(9, 6, 0.03));
+  std::ofstream(folder.file("other.svg")) << "<?xml version=\"1.0\"?>\n<svg/>\n";
+  EXPECT_TRUE(is_target_svg(folder.file("board.svg")));
+  EXPECT_FALSE(is_target_svg(folder.file("other.svg")));
+  EXPECT_FALSE(is_target_svg(folder.file("none.svg")));
+}
+
 TEST(TargetDrawing, RefusesMoreMarkersThanADictionaryHas) {
   EXPECT_TRUE(target_svg(charuco_target(10, 10, 0.03, 0.02, "DICT_4X4_50")));
   const auto svg = target_svg(charuco_target(11, 10, 0.03, 0.02, "DICT_4X4_50"));
   ASSERT_FALSE(svg);
   EXPECT_THAT(svg.error().message, HasSubstr("DICT_4X4_50 has no marker 50"));
   EXPECT_FALSE(target_svg(april_grid_target(30, 30, 0.05, 0.3)));
+  const auto unknown = target_svg(charuco_target(8, 6, 0.04, 0.03, "FOO"));
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().message, HasSubstr("unknown dictionary 'FOO'; there are: DICT_4X4_50, DICT_4X4_100, "));
 }
 
 }  // namespace

@@ -96,6 +96,47 @@ TEST(ReplaceFile, IsKnownBeforehandToHaveNoPlace) {
   EXPECT_THAT(check_replaceable(folder.path() / "no" / "folder").error().message, HasSubstr("No such file"));
 }
 
+TEST(CheckSameKind, LetsAResultReplaceAnEarlierResultOnly) {
+  const test::TempFolder folder;
+  const std::filesystem::path file = folder.path() / "result";
+  const FileKind kind{"result of mine", [](const std::filesystem::path& path) { return begins_with(path, "mine"); }};
+  EXPECT_TRUE(check_same_kind(file, kind)) << "there is none";
+  std::ofstream(file).flush();
+  EXPECT_TRUE(check_same_kind(file, kind)) << "an empty one";
+  EXPECT_TRUE(check_same_kind("/dev/null", kind));
+  EXPECT_TRUE(check_same_kind(folder.path(), kind)) << "check_replaceable refuses it";
+  std::ofstream(file) << "mine, too";
+  EXPECT_TRUE(check_same_kind(file, kind));
+  for (const char* other : {"min", "somebody's"}) {
+    std::ofstream(file) << other;
+    const Status refused = check_same_kind(file, kind);
+    ASSERT_FALSE(refused) << other;
+    EXPECT_EQ(refused.error().code, ErrorCode::kOccupied);
+    EXPECT_EQ(refused.error().message,
+              file.string() + ": is there already, and is no result of mine; name another place");
+  }
+}
+
+TEST(IsInside, KnowsFoldersByWhereTheyAre) {
+  const test::TempFolder scratch;
+  const std::filesystem::path folder = scratch.path() / "recording";
+  std::filesystem::create_directories(folder / "left");
+  std::filesystem::create_symlink(folder, scratch.path() / "link");
+  for (const std::filesystem::path& inner :
+       {folder, folder / "", folder / "rig.yaml", folder / "left" / "new" / "rig.yaml", scratch.path() / "link" / "a",
+        scratch.path() / "new" / ".." / "recording" / "a"}) {
+    EXPECT_TRUE(is_inside(inner, folder)) << inner;
+    EXPECT_TRUE(is_inside(inner, folder / "")) << inner;
+    EXPECT_TRUE(is_inside(inner, scratch.path() / "link")) << inner;
+  }
+  for (const std::filesystem::path& other :
+       {scratch.path(), scratch.path() / "recording2", scratch.path() / "recording.yaml", folder / ".." / "a"}) {
+    EXPECT_FALSE(is_inside(other, folder)) << other;
+  }
+  EXPECT_TRUE(is_inside("a/b", "a"));
+  EXPECT_FALSE(is_inside("a", "a/b"));
+}
+
 TEST(ReplaceFile, LetsTwoProcessesReplaceTheSameFile) {
   const test::TempFolder folder;
   const std::filesystem::path file = folder.path() / "rig.yaml";

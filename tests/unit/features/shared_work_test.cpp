@@ -4,13 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include "day_labourers.hpp"
 #include "front_end_harness.hpp"
+#include "thread_per_round_workers.hpp"
 
 namespace kinetrace::features {
 namespace {
 
-using test::DayLabourers;
+using test::ThreadPerRoundWorkers;
 using testing::Harness;
 using testing::Scene;
 using testing::StereoImage;
@@ -64,7 +64,7 @@ TEST(SharedWork, FeaturesAreTheSameToTheBit) {
   const std::vector<Feature> alone = seen_by(nullptr);
   ASSERT_GT(alone.size(), 500U);
   for (const std::size_t count : {1U, 2U, 4U}) {
-    DayLabourers workers(count);
+    ThreadPerRoundWorkers workers(count);
     expect_same(alone, seen_by(&workers));
     EXPECT_GT(workers.rounds, 10) << "work was shared";
   }

@@ -166,7 +166,7 @@ TEST_F(OverlayFiles, NeverTakeThePlaceOfTheRecordingsImagesNorOfCopiesOfThem) {
                                               std::filesystem::path(images_->frames().right().folder), copies}) {
     const auto written = write_overlay(*run_, *images_, *masks_, folder, [](std::int64_t, int) { return true; });
     ASSERT_FALSE(written) << folder;
-    EXPECT_EQ(written.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_EQ(written.error().code, ErrorCode::kOccupied);
     EXPECT_THAT(written.error().message, HasSubstr("name another"));
     EXPECT_EQ(imaging::read_image_info((folder / "000000.png").c_str())->channels, 1) << folder;
   }

@@ -111,5 +111,17 @@ TEST_F(ReadImageInfo, RejectsMorePixelsThanTheFileCanHold) {
   EXPECT_TRUE(info_of(test::encode_jpeg_rgb(2048, 2048, Bytes(2048 * 2048 * 3))));
 }
 
+TEST_F(ReadImageInfo, TellsAPngOfOneKindFromOthers) {
+  test::write_file(path_, test::encode_png({2, 8, false}, 5, 3, Bytes(5 * 3 * 3)));
+  EXPECT_TRUE(is_png(path_.c_str(), 3, 8));
+  EXPECT_FALSE(is_png(path_.c_str(), 1, 8));
+  EXPECT_FALSE(is_png(path_.c_str(), 3, 16));
+  test::write_file(path_, test::encode_jpeg_rgb(8, 8, Bytes(8 * 8 * 3)));
+  EXPECT_FALSE(is_png(path_.c_str(), 3, 8));
+  test::write_file(path_, text_bytes("notes"));
+  EXPECT_FALSE(is_png(path_.c_str(), 3, 8));
+  EXPECT_FALSE(is_png(folder_.file("none").c_str(), 3, 8));
+}
+
 }  // namespace
 }  // namespace kinetrace::imaging

@@ -76,12 +76,15 @@ TEST(ModelInput, FollowsThePicturesWithinItsPixels) {
   };
   for (const Case& one :
        {Case{1242, 375, 832, 256}, Case{752, 480, 576, 384}, Case{640, 480, 544, 416}, Case{480, 640, 416, 576},
-        Case{320, 240, 320, 256}, Case{7, 5, 32, 32}, Case{20000, 10, 7680, 32}}) {
+        Case{320, 240, 320, 256}, Case{7, 5, 32, 32}, Case{20000, 10, 4096, 32}, Case{4000, 1, 4000, 32},
+        Case{1, 4000, 32, 4096}, Case{1, 1, 32, 32}}) {
     const ModelInput sized = input.sized_for(one.width, one.height);
     EXPECT_EQ(sized.width_px, one.input_width) << one.width << "x" << one.height;
     EXPECT_EQ(sized.height_px, one.input_height) << one.width << "x" << one.height;
     EXPECT_LE(sized.width_px * sized.height_px, input.max_pixels);
   }
+  input.max_pixels = 32 * 100;
+  EXPECT_EQ(input.sized_for(1, 4000).height_px, 96);
 }
 
 TEST(ModelInput, ThatIsGivenStaysAsItIs) {

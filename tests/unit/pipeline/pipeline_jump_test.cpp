@@ -73,6 +73,23 @@ TEST_F(Jump, IsNoMotion) {
   EXPECT_LT((went.translation - truth.translation).norm(), 0.05) << went.translation.transpose();
 }
 
+TEST_F(Jump, ALongGapInTimeIsNoMotion) {
+  constexpr int kDay = 864'000;  // Frames.
+  PipelineRun run(small_config());
+  for (int frame = 0; frame < kBefore + kAfter; ++frame) {
+    run.step(before_.render(frame).at(frame < kBefore ? frame : frame + kDay));
+  }
+  run.drain();
+  ASSERT_EQ(run.finalised.size(), static_cast<std::size_t>(kBefore + kAfter));
+  EXPECT_EQ(run.finalised[kBefore].camera.status, BodyStatus::kLost);
+  EXPECT_EQ(run.finalised.back().camera.status, BodyStatus::kTracked);
+  EXPECT_LT((run.finalised[kBefore].camera.T_world_cam.translation -
+             run.finalised[kBefore - 1].camera.T_world_cam.translation)
+                .norm(),
+            0.01)
+      << "it goes on where it was";
+}
+
 /// A vehicle drives ahead of the camera; after the jump another one does, at the same place in the image.
 class JumpWithVehicles : public Jump {
  protected:
@@ -132,7 +149,7 @@ class JumpWatchTest : public ::testing::Test {
   Arena arena_{features::FeatureFrontEnd::required_bytes(config_, small_rig().width_px, small_rig().height_px)};
   features::FeatureFrontEnd front_end_ =
       features::FeatureFrontEnd::create(config_, small_rig().width_px, small_rig().height_px, arena_).value();
-  JumpWatch watch_;
+  JumpWatch watch_{8.5};
   std::size_t features_ = 0;
 };
 
@@ -144,6 +161,11 @@ TEST_F(JumpWatchTest, NextFrameOrSomethingElse) {
 
 TEST_F(JumpWatchTest, WhereFramesAreMissingTheClockTells) {
   EXPECT_FALSE(has_jumped_after(street_.render(70), 70));
+}
+
+TEST_F(JumpWatchTest, NoMotionIsPredictedOverALongGap) {
+  EXPECT_TRUE(has_jumped_after(street_.render(3), 90));
+  EXPECT_FALSE(show(street_.render(4), 91));
 }
 
 TEST_F(JumpWatchTest, NothingToSeeIsNothingElse) {

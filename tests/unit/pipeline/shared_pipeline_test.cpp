@@ -3,13 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include "day_labourers.hpp"
 #include "pipeline_run.hpp"
+#include "thread_per_round_workers.hpp"
 
 namespace kinetrace::pipeline {
 namespace {
 
-using test::DayLabourers;
 using test::KeptEstimate;
 using test::MaskFolder;
 using test::Mover;
@@ -17,6 +16,7 @@ using test::PipelineRun;
 using test::small_config;
 using test::small_rig;
 using test::StreetDrive;
+using test::ThreadPerRoundWorkers;
 
 constexpr int kFrames = 12;
 
@@ -42,7 +42,7 @@ TEST(SharedPipeline, TakesTheSamePathsHoweverManyWork) {
   ASSERT_EQ(alone.size(), static_cast<std::size_t>(kFrames));
   ASSERT_EQ(alone.back().objects.size(), 1U);
   for (const std::size_t count : {1U, 2U, 3U}) {
-    DayLabourers workers(count);
+    ThreadPerRoundWorkers workers(count);
     const std::vector<KeptEstimate> shared = paths(street, masks, &workers);
     EXPECT_GT(workers.rounds, kFrames);
     ASSERT_EQ(shared.size(), alone.size()) << count;
@@ -61,7 +61,7 @@ TEST(SharedPipeline, TakesTheSamePathsHoweverManyWork) {
 TEST(SharedPipeline, CanBeMadeForObjectsOfASingleFrame) {
   PipelineConfig config = small_config(segmentation::SegmentationMode::kMotion);
   config.object.window_frames = 1;
-  DayLabourers workers(2);
+  ThreadPerRoundWorkers workers(2);
   PipelineRun run(config, small_rig(), &workers);
   run.drive(StreetDrive(), 0, 3);
   EXPECT_EQ(run.newest.size(), 3U);

@@ -153,7 +153,7 @@ TEST(TemporalTest, TellsWhatMovesFromWhatStands) {
   const TemporalTest test(geometry, history);
   const double z_m = geometry.depth_m(17.6);
   const Eigen::Vector3f velocity(static_cast<float>(40.0 * z_m / geometry.fx_px), 0.F, 0.F);
-  EXPECT_EQ(test.telling_lag(velocity, 100.F, 90.F, 17.6F), 1);
+  EXPECT_EQ(test.discriminating_lag(velocity, 100.F, 90.F, 17.6F), 1);
   const TemporalTest::Places places = test.places(velocity, 2, 100.F, 90.F, 17.6F);
   EXPECT_NEAR(places.at_rest.x(), 100.F, 1e-3F);
   EXPECT_NEAR(places.moved.x(), 92.F, 1e-3F);

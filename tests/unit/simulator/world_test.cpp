@@ -231,15 +231,15 @@ TEST(Clearance, FindsOutWhoMeets) {
     actor.T_scene_obj = drive(GroundPath({{x_m, 0.0}, {x_m + 40.0, 0.0}}), SpeedProfile({{0.0, speed_mps}}), 0.0);
   };
   add(0.0, 5.0);
-  EXPECT_FALSE(somebody_meets(scene));
+  EXPECT_FALSE(has_collision(scene));
   add(10.0, 4.0);
-  EXPECT_FALSE(somebody_meets(scene));
+  EXPECT_FALSE(has_collision(scene));
   // Catches up within the recording.
   add(-10.0, 8.0);
-  EXPECT_TRUE(somebody_meets(scene));
+  EXPECT_TRUE(has_collision(scene));
   scene.actors.pop_back();
   scene.T_scene_cam = parked(12.0, 0.0, 0.0);
-  EXPECT_TRUE(somebody_meets(scene));
+  EXPECT_TRUE(has_collision(scene));
 }
 
 }  // namespace

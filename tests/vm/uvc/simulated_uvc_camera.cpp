@@ -143,8 +143,9 @@ void SimulatedUvcCamera::note_submission(const UsbipRequest& request) {
 
 void SimulatedUvcCamera::queue(const UsbipRequest& request) {
   const std::lock_guard lock(mutex_);
-  const auto early = std::find_if(early_unlinks_.begin(), early_unlinks_.end(),
-                                  [&](const UsbipRequest& unlink) { return unlink.victim == request.sequence; });
+  const auto early = std::find_if(early_unlinks_.begin(), early_unlinks_.end(), [&](const UsbipRequest& unlink) {
+    return unlink.unlinked_sequence == request.sequence;
+  });
   if (early != early_unlinks_.end()) {
     connection_->reply_unlink(early->sequence, true);
     early_unlinks_.erase(early);
@@ -159,12 +160,12 @@ void SimulatedUvcCamera::queue(const UsbipRequest& request) {
 void SimulatedUvcCamera::unlink(const UsbipRequest& request) {
   const std::lock_guard replying(replying_);
   const std::lock_guard lock(mutex_);
-  if (request.victim > last_submitted_) {
+  if (request.unlinked_sequence > last_submitted_) {
     early_unlinks_.push_back(request);
     return;
   }
   const auto found =
-      std::erase_if(transfers_, [&](const Transfer& waiting) { return waiting.sequence == request.victim; });
+      std::erase_if(transfers_, [&](const Transfer& waiting) { return waiting.sequence == request.unlinked_sequence; });
   connection_->reply_unlink(request.sequence, found > 0);
 }
 

@@ -71,7 +71,7 @@ std::optional<UsbipRequest> UsbipConnection::receive() {
   request.endpoint = header[kEndpoint];
   if (header[kCommand] == kCommandUnlink) {
     request.kind = UsbipRequest::Kind::kUnlink;
-    request.victim = header[kFirstOfCommand];
+    request.unlinked_sequence = header[kFirstOfCommand];
     return request;
   }
   if (header[kCommand] != kCommandSubmit) {

@@ -18,7 +18,7 @@ struct UsbipRequest {
   std::uint32_t length = 0;             ///< Bytes the host sends or has room for.
   std::array<std::uint8_t, 8> setup{};  ///< Endpoint 0.
   std::vector<std::uint8_t> sent;       ///< Data from the host.
-  std::uint32_t victim = 0;             ///< To unlink: the sequence of an earlier request.
+  std::uint32_t unlinked_sequence = 0;  ///< To unlink: the sequence of an earlier request.
 };
 
 /// One end of a stream socket; the other belongs to the kernel. One thread receives, any thread may reply.

@@ -84,8 +84,8 @@ class KINETRACE_API FaultInjector final : public StereoCamera {
 
  private:
   struct Storage {
-    std::array<MutableGrayView, 2> spoilt;  ///< Modified images of the current frame.
-    std::array<MutableGrayView, 2> kept;    ///< The frame held back.
+    std::array<MutableGrayView, 2> modified;  ///< Modified images of the current frame.
+    std::array<MutableGrayView, 2> kept;      ///< The frame held back.
     MutableGrayView last_right;
   };
   FaultInjector(std::unique_ptr<StereoCamera> camera, FaultPlan plan, const Storage& storage);
@@ -97,7 +97,7 @@ class KINETRACE_API FaultInjector final : public StereoCamera {
   [[nodiscard]] Result<StereoFrame> produce(std::chrono::milliseconds timeout);
   [[nodiscard]] Result<StereoFrame> unplug(const Fault& fault);
   [[nodiscard]] Result<StereoFrame> stall();
-  void spoil(StereoFrame& frame, std::int64_t number);
+  void apply_faults(StereoFrame& frame, std::int64_t number);
   void cut_off(StereoFrame& frame, std::int64_t number, double percent);
   void lag_right(StereoFrame& frame, bool lags);
   [[nodiscard]] StereoFrame keep(const StereoFrame& frame);

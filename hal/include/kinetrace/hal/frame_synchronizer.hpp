@@ -80,7 +80,7 @@ class KINETRACE_API FrameSynchronizer {
 
   /// From now on pairs left frames with right frames that are `frames` later than before. Surplus frames of one view
   /// are dropped as unpaired; no frame is used twice.
-  void move(int frames) noexcept { jump_ns_ += frames * config_.period_ns; }
+  void move(int frames) noexcept { coarse_offset_ns_ += frames * config_.period_ns; }
 
   /// Discards a view's frames without reporting drops: their buffers are gone. Keeps the offset and its drift.
   void forget(View view) noexcept;
@@ -116,7 +116,7 @@ class KINETRACE_API FrameSynchronizer {
   void drop_front(View view) noexcept { drop(view, stream(view).pop(), SyncDrop::Reason::kUnpaired); }
   [[nodiscard]] double predicted_offset_ns(std::int64_t left_time_ns) const noexcept;
   /// Innovation: right time minus its prediction from the left time.
-  [[nodiscard]] double misfit_ns(const SyncFrame& left, const SyncFrame& right) const noexcept;
+  [[nodiscard]] double innovation_ns(const SyncFrame& left, const SyncFrame& right) const noexcept;
   void learn(const SyncPair& pair) noexcept;
   void relock() noexcept;
 
@@ -125,8 +125,8 @@ class KINETRACE_API FrameSynchronizer {
   std::array<SyncDrop, kMaxDrops> drops_{};
   std::size_t drop_count_ = 0;
   SyncCounters counters_;
-  std::int64_t jump_ns_ = 0;  ///< Difference of the clocks, and moves by whole frames; 0: one clock.
-  double offset_ns_ = 0.0;    ///< Remaining offset at `offset_time_ns_`.
+  std::int64_t coarse_offset_ns_ = 0;  ///< Difference of the clocks, and moves by whole frames; 0: one clock.
+  double offset_ns_ = 0.0;             ///< Remaining offset at `offset_time_ns_`.
   double drift_ = 0.0;
   std::optional<std::int64_t> offset_time_ns_;
 };

@@ -104,6 +104,10 @@ enum class CalibrationFormat : std::uint8_t {
                                                          CalibrationFormat format,
                                                          std::span<const std::string> remarks = {});
 
+/// Checks that write_rig_calibration may write there: the folder can be written, and a file that exists is a
+/// calibration in this format. Errors: kIo, kOccupied.
+[[nodiscard]] KINETRACE_API Status check_calibration_place(const std::filesystem::path& path, CalibrationFormat format);
+
 /// Geometry of rectified images from their projection matrices P = K [I | t] in a common frame. The baseline is the
 /// distance of the centres along x, t = K^-1 P[:, 3]; for cameras with P[2][3] = 0 that is the difference of P[0][3] /
 /// fx. Errors: kBadCalibration (see RigCalibration::validate; also different K left and right).

@@ -1,4 +1,4 @@
-// The camera in one frame, as objects are composed with it.
+// The camera in one frame, for composing objects with it.
 #pragma once
 
 #include <optional>
@@ -7,16 +7,16 @@
 
 namespace kinetrace::pipeline {
 
-/// What the camera does in this frame, for composing (METHOD eq. 2).
+/// Pose of the camera in this frame and its errors, for composing (the paper's eq. 2).
 struct CameraState {
   Se3 T_world_cam;
-  std::optional<Se3> T_world_cam_before;  ///< Of the frame before, where it had a pose.
+  std::optional<Se3> T_world_cam_before;  ///< Of the previous frame, if it had a pose.
   Matrix6d covariance = Matrix6d::Zero();
   double residual_sigma_px = 0.0;  ///< Of the background's measurements.
-  /// By how much all disparities may be off, because the calibration may be wrong; standard deviation.
+  /// Standard deviation of the common error of all disparities, by an uncertain calibration.
   double disparity_sigma_px = 0.0;
   double background_disparity_px = 0.0;  ///< Median of its features; 0: not known.
-  bool valid = false;  ///< A pair of object and background counts only where both have a pose (paper).
+  bool valid = false;                    ///< An object's pose counts only where the background has one, too (paper).
 };
 
 }  // namespace kinetrace::pipeline

@@ -20,13 +20,14 @@ Se3 CameraTracker::locate(const FeatureFrame& frame, std::int64_t interval_ns, b
     predicted_.reset();
   } else {
     if (found) {
-      // What seemed to be seen again is something else that looks like it.
+      // The apparent matches are false: similar points of another scene.
       background_.refuse_pose();
     }
     predicted_.add_frame(interval_ns);
     ++camera_lost_frames_;
-    // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo.
-    background_.begin(background_.estimate().T_body_cam,
+    // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo; after a jump where
+    // the camera was.
+    background_.begin(jumped ? T_world_prev : background_.estimate().T_body_cam,
                       predicted_.exceeds(kLostAfter_ns) ? BodyStatus::kLost : BodyStatus::kPropagated);
     if (jumped) {
       background_.forget_motion();

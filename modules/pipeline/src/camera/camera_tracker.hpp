@@ -1,4 +1,4 @@
-// The camera's path through the world, from its reconstruction of what stands still.
+// The camera's path through the world, from the reconstruction of the static background.
 #pragma once
 
 #include <cstddef>
@@ -13,29 +13,29 @@
 
 namespace kinetrace::pipeline {
 
-/// Owns the background: its body frame is the world. A camera that finds nothing it knows keeps its last motion and
-/// starts a new map in every frame, so that the first frame with something to see is the one it starts from.
+/// Owns the background: its body frame is the world. Without known points the camera coasts on its last motion and
+/// starts a new map in every frame, so that tracking resumes from the first frame with features.
 class CameraTracker {
  public:
   explicit CameraTracker(sfm::BodyReconstruction background) : background_(std::move(background)) {}
 
-  /// The pose of this frame from known points; returns T_prev_cam, the motion since the frame before. `jumped`: the
-  /// frame shows something else than the one before it, `interval_ns` earlier, so that what seems to be known is not.
+  /// The pose of this frame from known points; returns T_prev_cam, the motion since the previous frame, `interval_ns`
+  /// earlier. `jumped`: there is a cut between the two, so that apparent matches of known points are false.
   [[nodiscard]] Se3 locate(const FeatureFrame& frame, std::int64_t interval_ns, bool jumped);
-  /// After locate(): points are measured differently from now on. The map begins anew at this frame's pose.
+  /// After locate(): the measurement of points changes from now on. Restarts the map at this frame's pose.
   void restart_map() {
     background_.begin(background_.estimate().T_body_cam, background_.estimate().status);
     background_.forget_motion();
   }
-  /// This frame joins the window, with the features that are the background's by the newest masks.
+  /// Adds this frame to the window, with the background's features by the newest masks.
   void extend(const FeatureFrame& frame) { background_.extend(frame, kBackgroundLabel); }
   void end() { background_.end(); }
 
   [[nodiscard]] bool tracked() const noexcept { return background_.estimate().status == BodyStatus::kTracked; }
-  /// `age` frames ago, as the window knows it by now.
+  /// `age` frames ago, by the window's current estimate.
   [[nodiscard]] CameraState state(std::size_t age) const;
   [[nodiscard]] CameraResult result(std::size_t age) const;
-  /// Frames in which the camera found nothing that it knew, so far.
+  /// Frames without known points so far.
   [[nodiscard]] std::uint64_t lost_frames() const noexcept { return camera_lost_frames_; }
 
   [[nodiscard]] sfm::BodyReconstruction& background() noexcept { return background_; }

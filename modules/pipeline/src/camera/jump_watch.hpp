@@ -1,25 +1,31 @@
-// Whether a frame shows something else than the one before it.
+// Detection of cuts in a recording.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 
+#include "kinetrace/core/dwell_time.hpp"
 #include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/features/feature_front_end.hpp"
 
 namespace kinetrace::pipeline {
 
-/// Notices a recording that is played once more, or has been cut: next to nothing of the frame before is found again,
-/// though the clock says that none is missing and there is as much to see. Where frames are missing, things have moved
-/// as the clock tells; where it is dark for a moment, nothing has become of them.
+/// Detects a recording that restarts or has been cut: hardly any feature of the previous frame is found again, although
+/// by the timestamps no frame is missing and the image has enough corners. Over a few missing frames motion is
+/// predicted, over a longer gap it is not. A moment of darkness is no cut.
 class JumpWatch {
  public:
-  /// Of each frame, after FeatureFrontEnd::track and before replenish. `before`: features of the frame before.
+  /// `max_gap_s`: longest gap over which motion is predicted.
+  explicit JumpWatch(double max_gap_s) : max_gap_ns_(to_ns(max_gap_s)) {}
+
+  /// Call for each frame, after FeatureFrontEnd::track and before replenish. `before`: number of features of the
+  /// previous frame.
   [[nodiscard]] bool has_jumped(const FeatureFrame& tracked, std::size_t before,
                                 features::FeatureFrontEnd& front_end) noexcept;
 
  private:
+  std::int64_t max_gap_ns_;
   std::optional<std::int64_t> last_timestamp_ns_;
   std::optional<std::int64_t> last_step_ns_;
 };

@@ -8,14 +8,14 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kLargeChange_px = 0.7;  // Of all disparities: no path holds both.
+constexpr double kLargeChange_px = 0.7;  // Of all disparities: a path must not mix both.
 
 bool tells_of_rig(const Feature& feature) {
   return feature.body == kBackgroundLabel && feature.has_right();
 }
 
-/// A pose that most of what has been followed disagrees with is no judge of it: where the calibration is far off, a few
-/// features agree on anything.
+/// A pose that most tracked features contradict does not select inliers: with a calibration that is far off, a few
+/// features agree on any pose.
 bool pose_is_agreed(const FeatureFrame& frame, const sfm::BodyReconstruction& background) {
   constexpr int kFollowed_frames = 2;
   std::size_t followed = 0;

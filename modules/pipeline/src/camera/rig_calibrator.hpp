@@ -1,4 +1,4 @@
-// The calibration's refinement as part of a frame's way.
+// Refinement of the calibration as a stage of the pipeline.
 #pragma once
 
 #include <cstddef>
@@ -14,27 +14,27 @@
 
 namespace kinetrace::pipeline {
 
-/// Tells the front end how to understand the right image, and learns from what the camera's pose agrees with. Does
-/// nothing where refinement is off.
+/// Gives the front end the correction of the right image, and estimates it from features that agree with the camera's
+/// pose. Does nothing where refinement is off.
 class RigCalibrator {
  public:
   [[nodiscard]] static Result<RigCalibrator> create(const PipelineConfig& config, const StereoGeometry& geometry,
                                                     Arena& arena);
   [[nodiscard]] static std::size_t required_bytes(const PipelineConfig& config);
 
-  /// A frame comes.
+  /// Starts a frame with the newest correction.
   void begin_frame(std::int64_t timestamp_ns);
   [[nodiscard]] features::RigAdjustment adjustment() const;
-  /// How what was measured in earlier frames is to be understood from now on; null where that is as before.
+  /// Conversion of measurements of earlier frames from now on; null if unchanged.
   [[nodiscard]] const RigChange* change() const noexcept { return change_ ? &*change_ : nullptr; }
-  /// Points are measured so differently since this frame that reconstructions have to begin anew.
+  /// The measurement of points changes so much in this frame that reconstructions have to restart.
   [[nodiscard]] bool must_restart() const noexcept { return must_restart_; }
-  /// Disparities are: positions from before say nothing about motion.
+  /// Disparities change so much that earlier positions are no evidence of motion.
   [[nodiscard]] bool must_restart_paths() const noexcept { return must_restart_paths_; }
-  /// The frame's features, once the camera is located. `jumped`: it shows another scene than the one before.
+  /// The frame's features, once the camera is located. `jumped`: there is a cut before this frame.
   void observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped);
 
-  /// What is in doubt about the calibration, for what is composed with the camera.
+  /// Adds the uncertainty of the calibration to `camera`.
   void describe(CameraState& camera) const;
   [[nodiscard]] RigEstimate estimate() const { return refiner_ ? refiner_->estimate() : RigEstimate{}; }
 

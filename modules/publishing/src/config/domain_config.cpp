@@ -61,7 +61,7 @@ std::string discovery(const PublishConfig& config) {
 // library's default would add up over all writers, which end one after the other. A receive thread per socket is woken
 // at its end by a packet to the participant's own address and hangs if that has changed; the single thread for all
 // sockets uses a pipe.
-constexpr std::string_view kSmallAndSwift =
+constexpr std::string_view kBufferAndThreadSettings =
     "<Sizing><ReceiveBufferSize>256 KiB</ReceiveBufferSize><ReceiveBufferChunkSize>64 KiB</ReceiveBufferChunkSize>"
     "</Sizing><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads>"
     "<WriterLingerDuration>200 ms</WriterLingerDuration>"
@@ -124,7 +124,7 @@ Status check_domains(const PublishConfig& config, const std::string& plain) {
 
 std::string domain_xml(const PublishConfig& config, bool interface_has_multicast) {
   return "<CycloneDDS><Domain Id=\"any\">" + general(config, interface_has_multicast) + discovery(config) +
-         std::string(kSmallAndSwift) +
+         std::string(kBufferAndThreadSettings) +
          (config.security.mode == SecurityMode::kRequired ? security(config.security) : "") + "</Domain></CycloneDDS>";
 }
 

@@ -48,7 +48,7 @@ struct Link::Impl {
   [[nodiscard]] bool has_own_xml() const noexcept { return !own_xml.empty(); }
   Status check_security() const;
   Status connect();
-  void look_at_interface(std::int64_t now_ns);
+  void check_interface(std::int64_t now_ns);
   void disconnect(const std::string& why);
   void set(const LinkMembership& value) {
     const std::lock_guard lock(mutex);
@@ -86,7 +86,7 @@ void Link::Impl::disconnect(const std::string& why) {
 }
 
 // The interface of the user's own configuration is unknown.
-void Link::Impl::look_at_interface(std::int64_t now_ns) {
+void Link::Impl::check_interface(std::int64_t now_ns) {
   if (has_own_xml() || (next_look_ns && now_ns < *next_look_ns)) {
     return;
   }
@@ -146,7 +146,7 @@ Result<std::unique_ptr<Link>> Link::create(const PublishConfig& config) {
 void Link::supervise(std::int64_t now_ns) {
   Impl& self = *impl_;
   self.log->tick(now_ns);
-  self.look_at_interface(now_ns);
+  self.check_interface(now_ns);
   if (self.participant || !self.address || (self.next_try_ns && now_ns < *self.next_try_ns)) {
     return;
   }

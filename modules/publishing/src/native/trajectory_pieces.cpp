@@ -33,12 +33,12 @@ TrajectoryPieces::Open* TrajectoryPieces::find(std::uint32_t track_id) noexcept 
   return found == open_.end() ? nullptr : &*found;
 }
 
-TrajectoryPieces::Open& TrajectoryPieces::longest_without_news() noexcept {
+TrajectoryPieces::Open& TrajectoryPieces::least_recently_updated() noexcept {
   return *std::min_element(open_.begin(), open_.end(),
-                           [](const Open& a, const Open& b) { return a.last_news < b.last_news; });
+                           [](const Open& a, const Open& b) { return a.last_update < b.last_update; });
 }
 
-TrajectoryPart TrajectoryPieces::give_out(Open& open) noexcept {
+TrajectoryPart TrajectoryPieces::take_piece(Open& open) noexcept {
   const TrajectoryPart part{open.track_id, open.class_id, false, open.first_pose,
                             std::span(open.poses).first(open.count)};
   open.first_pose += static_cast<std::uint32_t>(open.count);
@@ -53,7 +53,7 @@ void TrajectoryPieces::begin(Open& open, const TrajectoryEvent& event) noexcept 
 }
 
 void TrajectoryPieces::append(Open& open, const TrajectoryEvent& event) noexcept {
-  open.last_news = ++events_;
+  open.last_update = ++events_;
   open.poses[open.count++] = trajectory_pose(event);
 }
 

@@ -34,7 +34,7 @@ class TrajectoryPieces {
     Open* open = find(event.track_id);
     if (event.ends) {
       if (open != nullptr) {  // Null: published earlier for lack of room.
-        TrajectoryPart last = give_out(*open);
+        TrajectoryPart last = take_piece(*open);
         last.finished = true;
         send(last);
         *open = {};
@@ -42,15 +42,15 @@ class TrajectoryPieces {
       return;
     }
     if (open == nullptr) {
-      open = &longest_without_news();  // Free slots come first.
+      open = &least_recently_updated();  // Free slots come first.
       if (open->count > 0) {
-        send(give_out(*open));
+        send(take_piece(*open));
       }
       begin(*open, event);
     }
     append(*open, event);
     if (open->count == poses_per_piece_) {
-      send(give_out(*open));
+      send(take_piece(*open));
     }
   }
 
@@ -60,16 +60,16 @@ class TrajectoryPieces {
     std::uint16_t class_id = 0;
     std::uint32_t first_pose = 0;
     std::size_t count = 0;
-    std::uint64_t last_news = 0;  ///< Counts events.
+    std::uint64_t last_update = 0;  ///< Counts events.
     std::array<kinetrace_TrajectoryPose, kMaxPoses> poses{};
   };
 
   [[nodiscard]] Open* find(std::uint32_t track_id) noexcept;
-  [[nodiscard]] Open& longest_without_news() noexcept;
+  [[nodiscard]] Open& least_recently_updated() noexcept;
   static void begin(Open& open, const TrajectoryEvent& event) noexcept;
   void append(Open& open, const TrajectoryEvent& event) noexcept;
   /// The collected poses; `open` continues behind them.
-  static TrajectoryPart give_out(Open& open) noexcept;
+  static TrajectoryPart take_piece(Open& open) noexcept;
 
   std::span<Open> open_;
   std::size_t poses_per_piece_;

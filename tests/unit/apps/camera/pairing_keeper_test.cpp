@@ -42,8 +42,8 @@ class NoddingRig {
   std::uint64_t noted() const { return health_.entries().empty() ? 0 : health_.entries()[0].count; }
 
   /// Number of frames, among `frames`, whose views show different moments.
-  int torn(int frames, int later_in_left_half = 0) {
-    int torn = 0;
+  int count_unsynchronised(int frames, int later_in_left_half = 0) {
+    int unsynchronised = 0;
     for (int i = 0; i < frames; ++i) {
       const auto frame = camera_->next(kTimeout);
       if (!frame) {
@@ -52,10 +52,10 @@ class NoddingRig {
       }
       const int left_shot = frame->left.at(0, 0) - later_in_left_half;
       const int right_shot = frame->right.at(0, 0) - (camera_->info().width_px < 64 ? 100 : 0);
-      torn += left_shot != right_shot ? 1 : 0;
+      unsynchronised += left_shot != right_shot ? 1 : 0;
       look(*frame, left_shot, right_shot);
     }
-    return torn;
+    return unsynchronised;
   }
 
  private:
@@ -85,7 +85,7 @@ class NoddingRig {
 
 TEST(PairingKeeper, LeavesCamerasAloneThatAreInStep) {
   NoddingRig rig;
-  EXPECT_EQ(rig.torn(80), 0);
+  EXPECT_EQ(rig.count_unsynchronised(80), 0);
   EXPECT_EQ(rig.counters().pairing_moves, 0U);
   EXPECT_EQ(rig.noted(), 0U);
 }
@@ -94,10 +94,10 @@ TEST(PairingKeeper, MendsACameraThatIsOneFrameLateAndKeepsAccountOfIt) {
   for (const int lag : {1, -1}) {
     NoddingRig rig;
     rig.right().lag_shots = lag;
-    EXPECT_EQ(rig.torn(20), 20) << "not yet sure";
+    EXPECT_EQ(rig.count_unsynchronised(20), 20) << "not yet sure";
     EXPECT_EQ(rig.counters().pairing_moves, 0U);
-    EXPECT_LE(rig.torn(40), 20);
-    EXPECT_EQ(rig.torn(60), 0) << "right view late by " << lag;
+    EXPECT_LE(rig.count_unsynchronised(40), 20);
+    EXPECT_EQ(rig.count_unsynchronised(60), 0) << "right view late by " << lag;
     EXPECT_EQ(rig.counters().pairing_moves, 1U);
     EXPECT_EQ(rig.counters().skipped_missing_side, 1U) << "the one image without a partner";
     EXPECT_EQ(rig.counters().gaps, 0U);
@@ -108,17 +108,17 @@ TEST(PairingKeeper, MendsACameraThatIsOneFrameLateAndKeepsAccountOfIt) {
 TEST(PairingKeeper, MendsTheWayBackToo) {
   NoddingRig rig;
   rig.right().lag_shots = 1;
-  static_cast<void>(rig.torn(60));
-  EXPECT_EQ(rig.torn(20), 0);
+  static_cast<void>(rig.count_unsynchronised(60));
+  EXPECT_EQ(rig.count_unsynchronised(20), 0);
   rig.right().lag_shots = 0;
-  static_cast<void>(rig.torn(60));
-  EXPECT_EQ(rig.torn(20), 0);
+  static_cast<void>(rig.count_unsynchronised(60));
+  EXPECT_EQ(rig.count_unsynchronised(20), 0);
   EXPECT_EQ(rig.counters().pairing_moves, 2U);
 }
 
 TEST(PairingKeeper, OnlyNotesWhatCannotBeMended) {
   NoddingRig rig(true);
-  EXPECT_EQ(rig.torn(80, 1), 80) << "one image has both views";
+  EXPECT_EQ(rig.count_unsynchronised(80, 1), 80) << "one image has both views";
   EXPECT_EQ(rig.counters().pairing_moves, 0U);
   EXPECT_GE(rig.noted(), 8U);
 }

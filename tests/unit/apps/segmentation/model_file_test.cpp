@@ -118,6 +118,13 @@ TEST_F(ModelFile, EachClassMayHaveACalibrationOfItsOwn) {
   EXPECT_FLOAT_EQ(model->classes[1].min_score, 0.3F) << "as probable as not";
 }
 
+TEST_F(ModelFile, UnusedClassesMayShareAName) {
+  const auto model = read("model: n.onnx\nclasses: [N/A, car, N/A]\nuse: {car: vehicle}\n");
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->classes.size(), 3U);
+  EXPECT_EQ(model->classes[1].class_id, kVehicleClass);
+}
+
 TEST_F(ModelFile, ACalibrationOfNoClassIsRefused) {
   const auto model = read("model: n.onnx\nclasses: [car]\nuse: {car: vehicle}\ncalibration: {dog: {slope: 1}}\n");
   ASSERT_FALSE(model);
@@ -149,7 +156,13 @@ TEST_F(ModelFile, WhatIsWrongIsNamedWithItsLine) {
   expect_refused("input: {scale: .nan}\n", "finite number", 1);
   expect_refused("input: {mean: [1, 2]}\n", "list of 3 numbers", 1);
   expect_refused("input: {colours: gray, mean: [1, 2, 3]}\n", "list of 1 numbers", 1);
+  expect_refused("input: {pixels: 99999999999}\n", "pixels must be within -1e9 and 1e9, got 99999999999", 1);
+  expect_refused("classes: [car]\nuse: {car: vehicle}\ncalibration: {slope: 1e30}\n",
+                 "slope must be within -1e9 and 1e9, got 1e30", 3);
   expect_refused("classes: car\n", "list of names", 1);
+  expect_refused("classes: [\"\", car]\nuse: {car: vehicle}\n", "class 0 has no name", 1);
+  expect_refused("classes: [car, [dog]]\nuse: {car: vehicle}\n", "class 1 has no name", 1);
+  expect_refused("classes: [car, dog, car]\nuse: {car: vehicle}\n", "several classes are named \"car\"", 2);
   expect_refused("classes: [car]\nuse: {dog: vehicle}\n", "\"dog\" is none of the classes", 2);
   expect_refused("classes: [car]\nuse: {car: truck}\n", "car must be one of: vehicle, person, ignore, drop", 2);
   expect_refused("classes: [car]\n", "at least one class");

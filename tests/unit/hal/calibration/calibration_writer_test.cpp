@@ -1,4 +1,5 @@
 #include <array>
+#include <fstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -104,6 +105,29 @@ TEST(CalibrationWriter, WritesWhatOpenCvReadsItself) {
   ASSERT_EQ(T.size(), cv::Size(1, 3));
   EXPECT_EQ(K.at<double>(0, 0), test::radial_rig().right.fx_px);
   EXPECT_EQ(T.at<double>(2), test::radial_rig().T_right_left.translation.z());
+}
+
+TEST(CalibrationWriter, ReplacesACalibrationOfTheSameFormatOnly) {
+  const kinetrace::test::TempFolder folder;
+  const std::string path = folder.file("rig.yaml");
+  const auto place = [&path](CalibrationFormat format) { return check_calibration_place(path, format); };
+  EXPECT_TRUE(place(CalibrationFormat::kOpencv)) << "there is none";
+  ASSERT_TRUE(write_rig_calibration(test::radial_rig(), path, CalibrationFormat::kOpencv));
+  EXPECT_TRUE(place(CalibrationFormat::kOpencv));
+  EXPECT_THAT(place(CalibrationFormat::kKalibr).error().message, HasSubstr("is no camchain of Kalibr"));
+  ASSERT_TRUE(write_rig_calibration(test::radial_rig(), path, CalibrationFormat::kKalibr));
+  EXPECT_TRUE(place(CalibrationFormat::kKalibr));
+  const Status refused = place(CalibrationFormat::kOpencv);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kOccupied);
+  EXPECT_THAT(refused.error().message, HasSubstr(path + ": is there already, and is no calibration in OpenCV's YAML"));
+  for (const char* other :
+       {"notes: mine\n", "{", "<?xml version=\"1.0\"?>\n<opencv_storage><K1>1</K1></opencv_storage>\n"}) {
+    std::ofstream(path) << other;
+    EXPECT_FALSE(place(CalibrationFormat::kOpencv)) << other;
+  }
+  EXPECT_EQ(check_calibration_place(folder.path() / "no" / "rig.yaml", CalibrationFormat::kOpencv).error().code,
+            ErrorCode::kIo);
 }
 
 }  // namespace

@@ -28,8 +28,8 @@ struct Control {
   __s32 minimum = 0;
   __s32 maximum = 1;
   __s32 value = 0;
-  bool is_deaf = false;  ///< Accepts a value without setting it.
-  int refuses = 0;       ///< errno of the refusal to set it.
+  bool ignores_writes = false;  ///< Accepts a value without setting it.
+  int refuses = 0;              ///< errno of the refusal to set it.
 };
 
 using Controls = std::vector<Control>;
@@ -96,7 +96,7 @@ class Driver {
     if (control == nullptr || control->refuses != 0) {
       return control == nullptr ? EINVAL : control->refuses;
     }
-    control->value = control->is_deaf ? control->value : request.value;
+    control->value = control->ignores_writes ? control->value : request.value;
     return 0;
   }
   int get(v4l2_control& request) {
@@ -146,7 +146,7 @@ TEST(V4l2Trigger, ASwitchIsOnOrOff) {
 TEST(V4l2Trigger, WhatTheDriverDidNotSetIsAnErrorThatPrintsBoth) {
   for (const TriggerMode mode : {TriggerMode::kExternal, TriggerMode::kFreeRunning}) {
     const bool external = mode == TriggerMode::kExternal;
-    const Driver driver(Controls{{.value = external ? 0 : 1, .is_deaf = true}});
+    const Driver driver(Controls{{.value = external ? 0 : 1, .ignores_writes = true}});
     const Status failed = set(driver, mode);
     ASSERT_FALSE(failed);
     EXPECT_EQ(failed.error().code, ErrorCode::kUnsupported);
@@ -177,14 +177,14 @@ TEST(V4l2Trigger, ModesThatADeviceLacksAreErrors) {
 }
 
 TEST(V4l2Exposure, IsReadBackInTheDriversUnit) {
-  const auto exposure = [](bool is_deaf) {
+  const auto exposure = [](bool ignores_writes) {
     return Control{.id = V4L2_CID_EXPOSURE_ABSOLUTE,
                    .name = "Exposure Time, Absolute",
                    .type = V4L2_CTRL_TYPE_INTEGER,
                    .minimum = 1,
                    .maximum = 5000,
                    .value = 157,
-                   .is_deaf = is_deaf};
+                   .ignores_writes = ignores_writes};
   };
   CaptureConfig config;
   config.exposure_us = 5040.0;

@@ -69,11 +69,35 @@ TEST(FileStereoCamera, ValuesOfSixteenBitsKeepTheirUpperByte) {
   const test::Recording recording(2);
   test::write_image16(recording.left(0), 160);
   test::write_image16(recording.right(0), 160);
-  test::write_image16(recording.left(1), 160);
+  test::write_image16(recording.left(1), 50000);
   test::write_image16(recording.right(1), 50000);
   const Dataset dataset = recording.open().value();
   EXPECT_EQ(dataset.sample_bits, 16);
   EXPECT_THAT(dataset.notes, ::testing::Not(::testing::Contains(HasSubstr("bits in 16"))));
+}
+
+TEST(FileStereoCamera, ViewsOfDifferentBitDepthsAreANote) {
+  const test::Recording recording(2);
+  for (int i = 0; i < 2; ++i) {
+    test::write_image16(recording.left(i), 4000);
+  }
+  // The right images have 8 bits.
+  const Dataset own = recording.open().value();
+  EXPECT_EQ(own.sample_bits, 12) << "of the left images alone";
+  EXPECT_THAT(own.notes, ::testing::Contains(HasSubstr("image_0: the left images hold values of 12 bits in 16, the "
+                                                       "right ones of the whole range of their format; each view is "
+                                                       "scaled by its own bit depth")));
+  Playing playing(own);
+  const auto frame = playing.camera.next(kTimeout);
+  ASSERT_TRUE(frame) << frame.error().message;
+  EXPECT_EQ(frame->left.at(0, 0), 4000 >> 4);
+  EXPECT_EQ(frame->right.at(0, 0), 100);
+  for (int i = 0; i < 2; ++i) {
+    test::write_image16(recording.right(i), 64000);
+  }
+  const Dataset unlike = recording.open().value();
+  EXPECT_EQ(unlike.sample_bits, 16);
+  EXPECT_THAT(unlike.notes, ::testing::Contains(HasSubstr("the right ones of 16 bits in 16; one view is too dark")));
 }
 
 TEST(FileStereoCamera, SkipsAndCountsFramesWithoutPartner) {

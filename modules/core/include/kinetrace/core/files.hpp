@@ -26,6 +26,21 @@ namespace kinetrace {
 /// end of long work. Errors: kIo.
 [[nodiscard]] KINETRACE_API Status check_replaceable(const std::filesystem::path& path);
 
+/// Kind of a result's file.
+struct FileKind {
+  std::string_view name;  ///< For messages: "calibration in OpenCV's YAML".
+  bool (*is_of_kind)(const std::filesystem::path& path) = nullptr;
+};
+/// A result replaces an earlier result only: checks that a file at `path`, if there is one with content, is of the
+/// same kind. Devices and pipes pass. Errors: kOccupied.
+[[nodiscard]] KINETRACE_API Status check_same_kind(const std::filesystem::path& path, const FileKind& kind);
+
+/// Whether a file begins with this text.
+[[nodiscard]] KINETRACE_API bool begins_with(const std::filesystem::path& path, std::string_view text);
+
+/// Whether `path` is the folder or lies in it at any depth, also through links; neither has to exist.
+[[nodiscard]] KINETRACE_API bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder);
+
 /// For writers that take a name: the file to write that shall replace `path`, and the rename after writing.
 /// `staged_path` is `path` itself for a device or a pipe. Errors: kIo; the staged file is then removed.
 [[nodiscard]] KINETRACE_API std::filesystem::path staged_path(const std::filesystem::path& path);

@@ -16,6 +16,7 @@ enum class ErrorCode {
   kInvalidConfig,    ///< A configuration key is unknown, duplicate, not finite or out of range.
   kNotFound,         ///< A file, folder or device does not exist.
   kIo,               ///< Reading or writing failed.
+  kOccupied,         ///< The place of a result belongs to something else, which is not replaced.
   kBadFormat,        ///< A file exists but its content is damaged or not what its name says.
   kUnsupported,      ///< Well-formed, but outside what this build handles.
   kBadCalibration,   ///< A calibration is missing, not finite, swapped, or has no baseline.
@@ -35,6 +36,7 @@ enum class ErrorCode {
     case ErrorCode::kInvalidConfig: return "invalid_config";
     case ErrorCode::kNotFound: return "not_found";
     case ErrorCode::kIo: return "io";
+    case ErrorCode::kOccupied: return "occupied";
     case ErrorCode::kBadFormat: return "bad_format";
     case ErrorCode::kUnsupported: return "unsupported";
     case ErrorCode::kBadCalibration: return "bad_calibration";

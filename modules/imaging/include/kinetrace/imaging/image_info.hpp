@@ -27,4 +27,8 @@ struct ImageInfo {
 /// pixels than a file of its length can hold), kUnsupported (another image format).
 [[nodiscard]] KINETRACE_API InPlaceResult<ImageInfo> read_image_info(const char* path);
 
+/// Whether a file is a PNG with so many channels and bits per channel, by its header: the kind of a result's file, see
+/// FileKind of core/files.hpp.
+[[nodiscard]] KINETRACE_API bool is_png(const char* path, int channels, int bit_depth);
+
 }  // namespace kinetrace::imaging

@@ -56,7 +56,8 @@ struct KINETRACE_API ModelInput {
 
   [[nodiscard]] int channels() const noexcept { return colours == InputColours::kGray ? 1 : 3; }
   /// Input with a given width and height, for pictures of this size: the widest in multiples of 32 that is no wider
-  /// than the pictures, holds all of them, and has at most `max_pixels`. Unchanged if that is 0.
+  /// than the pictures, holds all of them, and has at most `max_pixels` and 4096 on either side; pictures that are too
+  /// long and narrow for that are scaled down into it. Unchanged if `max_pixels` is 0.
   [[nodiscard]] ModelInput sized_for(int picture_width_px, int picture_height_px) const noexcept;
 };
 

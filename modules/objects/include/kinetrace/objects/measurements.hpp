@@ -1,4 +1,4 @@
-// What a frame says about where an object is and how it moves, without a reconstruction of it.
+// Measurements of an object's position and motion in one frame, without its reconstruction.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,30 +7,31 @@
 
 namespace kinetrace::objects {
 
-/// The middle of what stereo sees of an object.
+/// Centre of the visible part of an object, by stereo.
 struct StereoPosition {
   Eigen::Vector3d uvd_px = Eigen::Vector3d::Zero();  ///< Medians of u_left, v and disparity.
-  int features = 0;                                  ///< They are medians of so many points.
-  /// From that middle to the object's origin, world axes.
+  int features = 0;                                  ///< Number of points in the medians.
+  /// From that centre to the object's origin, world axes.
   Eigen::Vector3d to_origin_m = Eigen::Vector3d::Zero();
-  /// How far what is seen may lie from there: over the surface, and by what is hidden or cut off (extended object).
+  /// Standard deviation of that centre on the object: over the surface, and by occlusion or truncation (extended
+  /// object).
   double extent_sigma_m = 0.0;
 };
 
-/// The middle of a mask in the left image.
+/// Centre of a mask in the left image.
 struct Bearing {
   Eigen::Vector2d uv_px = Eigen::Vector2d::Zero();
   Eigen::Vector3d to_origin_m = Eigen::Vector3d::Zero();
   double extent_sigma_m = 0.0;
 };
 
-/// How what is seen of an object has moved in the left image since the frame before. Unlike the middle of what is seen,
-/// it does not drift as more or less of the object comes into sight.
+/// Motion of an object's visible part in the left image since the previous frame. Unlike the centre of the visible
+/// part, it does not drift as that part grows or shrinks.
 struct ImageMotion {
   Eigen::Vector2d now_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d before_px = Eigen::Vector2d::Zero();
-  Eigen::Vector3d to_origin_m = Eigen::Vector3d::Zero();  ///< From the middle of what is seen, as above.
-  int features = 0;  ///< That were tracked from frame to frame; these are their medians.
+  Eigen::Vector3d to_origin_m = Eigen::Vector3d::Zero();  ///< From the centre of the visible part, as above.
+  int features = 0;  ///< Number tracked between the frames; the positions are their medians.
   double interval_s = 0.0;
   Se3 T_world_cam_before;
 };

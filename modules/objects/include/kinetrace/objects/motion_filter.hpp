@@ -1,5 +1,5 @@
-// Where an object is between frames and while it is hidden: interacting multiple models (Blom, Bar-Shalom 1988;
-// Bar-Shalom, Li, Kirubarajan 2001, sec. 11.6) of a body at rest and of one that keeps its turn rate and velocity.
+// Motion of an object between frames and during occlusion: interacting multiple model filter (Blom, Bar-Shalom 1988;
+// Bar-Shalom, Li, Kirubarajan 2001, sec. 11.6), at rest or at constant turn rate and velocity.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@
 
 namespace kinetrace::objects {
 
-/// Of a velocity of which nothing is known: that of town traffic.
+/// Standard deviation of an unknown velocity: town traffic.
 inline constexpr double kUnknownSpeed_mps = 5.0;
 
 struct MotionNoise {
-  double acceleration_mps2 = 4.0;  ///< Standard deviation of an acceleration, new every tenth of a second.
+  double acceleration_mps2 = 4.0;  ///< Standard deviation of the acceleration, redrawn every tenth of a second.
   double turn_radps2 = 0.6;        ///< Of the angular acceleration.
   double stereo_sigma_px = 0.5;    ///< Of the image coordinates of a stereo position.
 };
@@ -29,18 +29,18 @@ struct UncertainPose {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// What the filter starts from.
+/// Initial state of the filter.
 struct MotionStart {
   std::int64_t timestamp_ns = 0;
   UncertainPose pose;
   Vector6d velocity = Vector6d::Zero();                           ///< In the body's own axes (rad/s, m/s).
-  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< Of the linear one, world axes.
-  double moving = 0.5;                                            ///< Probability.
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< Of the linear velocity, world axes.
+  double moving = 0.5;                                            ///< Probability of moving.
 };
 
-/// Two models of one object's motion and their probabilities. The position of the likelier one is that of the object:
-/// the mean of two places is where it is in neither case. The rotation is predicted, never measured.
-/// No heap; same input, same output, bit for bit.
+/// Two models of one object's motion and their probabilities. The object's pose is that of the more probable model; the
+/// mean of both is right under neither. The rotation is predicted, never measured. No heap; same input, same output,
+/// bit for bit.
 class MotionFilter {
  public:
   MotionFilter(const MotionNoise& noise, const StereoGeometry& geometry) : noise_(noise), geometry_(geometry) {}
@@ -48,26 +48,26 @@ class MotionFilter {
   void reset() noexcept { initialised_ = false; }
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
   void start(const MotionStart& start) noexcept;
-  /// Goes on from where stereo sees it, with an unknown velocity; its rotation stays.
+  /// Restarts at the stereo position with an unknown velocity; the rotation stays.
   void restart_at(const StereoPosition& seen, const Se3& T_world_cam) noexcept;
-  /// What was known of its velocity was that of something else.
+  /// Makes the velocity unknown and the turn rate zero: they were those of another object.
   void forget_velocity() noexcept;
 
-  /// Moves the state to `timestamp_ns` without a measurement. Time that stands still or runs back changes nothing.
+  /// Predicts the state at `timestamp_ns`. No effect if time does not advance.
   void predict(std::int64_t timestamp_ns) noexcept;
 
-  // Measurements at the time of the last `predict` or `start`. Each changes nothing and returns false where it is
-  // implausible under both models (chi-square, 99.9 %), or none. Errors of the image's coordinates are those of the
-  // image, so depth is as uncertain as its square (iterated extended Kalman filter).
+  // Updates at the time of the last `predict` or `start` (iterated extended Kalman filter). An invalid measurement, or
+  // one outside the gates of both models (chi-square, 99.9 %; none for bearings), changes nothing and returns false.
+  // The measurement noise is that of image coordinates, so the uncertainty of depth grows with its square.
 
   bool update(const StereoPosition& seen, const Se3& T_world_cam) noexcept;
   bool update(const Bearing& seen, const Se3& T_world_cam) noexcept;
   bool update(const ImageMotion& seen, const Se3& T_world_cam) noexcept;
-  /// Whether `update` would take it in.
+  /// Whether `update` would accept it.
   [[nodiscard]] bool accepts(const StereoPosition& seen, const Se3& T_world_cam) const noexcept;
-  /// Log-density of `seen`, per cubic pixel of (u_left, v, disparity), over both models by their probabilities. It is
-  /// the point of the object that is nearest to what is seen, which lies anywhere in `body_px3` alike. Nothing behind
-  /// the camera.
+  /// Log density of `seen`, per cubic pixel of (u_left, v, disparity), over both models by their probabilities. `seen`
+  /// refers to the nearest point of the object; the measured point is uniform over the object's volume `body_px3`.
+  /// Nothing behind the camera.
   [[nodiscard]] std::optional<double> log_likelihood(const StereoPosition& seen, double body_px3,
                                                      const Se3& T_world_cam) const noexcept;
 
@@ -77,7 +77,7 @@ class MotionFilter {
   [[nodiscard]] const Se3& pose() const noexcept { return likelier().pose; }
   [[nodiscard]] Eigen::Vector3d velocity_mps() const noexcept { return likelier().velocity_mps; }
   [[nodiscard]] Matrix6d pose_covariance() const noexcept { return pose_covariance(likelier(), timestamp_ns_); }
-  /// Without a measurement until then.
+  /// Pose predicted without a measurement.
   [[nodiscard]] UncertainPose predicted(std::int64_t timestamp_ns) const noexcept;
 
  private:
@@ -96,7 +96,7 @@ class MotionFilter {
   [[nodiscard]] Matrix6d pose_covariance(const Model& model, std::int64_t timestamp_ns) const noexcept;
   [[nodiscard]] Models mixed(double interval_s) const noexcept;
   void propagate(Models& models, double interval_s) const noexcept;
-  /// Takes a measurement into each model, linearised about it.
+  /// Updates each model, linearised about its own state.
   template <typename Measurement>
   bool update_models(const Measurement& measured, const Se3& T_world_cam, double gate) noexcept;
 

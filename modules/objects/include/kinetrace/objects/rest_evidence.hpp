@@ -1,17 +1,16 @@
-// Whether a measured velocity is that of something at rest.
+// Evidence of motion in a measured velocity.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace kinetrace::objects {
 
-/// What the velocity of something at rest appears to be, besides its covariance.
+/// Standard deviation of the apparent velocity of an object at rest, in addition to its covariance.
 inline constexpr double kRestSpeed_mps = 0.05;
 
-/// Log-likelihood ratio of moving against rest for a velocity measured with `covariance` (m/s)^2: the velocity of
-/// something at rest is zero, that of something moving has any direction and a speed of any order from a slow walk to a
-/// car's (a mixture of normal distributions, each order as probable). Positive: rather moving. Undecided where the
-/// measurement does not tell.
+/// Log-likelihood ratio of moving against rest for a velocity measured with `covariance` (m/s)^2. At rest the velocity
+/// is zero; moving it has any direction, and a speed between a slow walk and a car (a mixture of normal distributions
+/// with equal weights). Positive: rather moving. Near zero if the measurement does not discriminate.
 [[nodiscard]] double moving_evidence(const Eigen::Vector3d& velocity_mps, const Eigen::Matrix3d& covariance) noexcept;
 
 }  // namespace kinetrace::objects

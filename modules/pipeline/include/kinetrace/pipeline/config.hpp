@@ -32,7 +32,7 @@ struct MemoryConfig {
   double libraries_mib = 20.0;  ///< Set aside for code and libraries.
 };
 
-/// How objects are made from tracks.
+/// Reconstruction of objects from tracks.
 struct ObjectConfig {
   int stereo_only_min_features = 2;  ///< Stereo features that give an object too small for SfM its position.
   double lost_after_s = 1.0;         ///< An object that is predicted for longer counts as lost.
@@ -44,7 +44,7 @@ struct ObjectConfig {
 struct KINETRACE_API PipelineConfig {
   rig::RefineConfig calibration;
   features::FeatureConfig features;
-  /// Stands for features.bucket_px while objects are found by motion: they need features before they are known.
+  /// Replaces features.bucket_px while objects are found by motion, which needs features on them beforehand.
   int motion_bucket_px = 16;
   segmentation::SegmentationConfig segmentation;
   tracking::TrackerConfig tracking;

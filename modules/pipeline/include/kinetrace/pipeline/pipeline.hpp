@@ -18,16 +18,16 @@
 
 namespace kinetrace::pipeline {
 
-/// The whole method, one frame at a time and deterministic: same input, same output, bit for bit, however many work on
-/// it.
+/// The whole method, one frame at a time and deterministic: same input, same output, bit for bit, with any number of
+/// workers.
 class KINETRACE_API Pipeline {
  public:
-  /// Bytes that `create` takes from the arena, by module; of mode auto with a network. Errors: kInvalidConfig.
+  /// Bytes that `create` takes from the arena, by module; for mode auto, those with a network. Errors: kInvalidConfig.
   [[nodiscard]] static Result<MemoryPlan> plan(const PipelineConfig& config, const StereoGeometry& geometry);
 
-  /// Takes all working memory from `arena`; afterwards the pipeline never allocates. `makers` of
-  /// masks outlive it; only segmentation.mode dds and onnx need one, and auto uses one if it is there: then the result
-  /// depends on what comes in time. `workers`, if there are any, share what takes longest, and outlive it too. Errors:
+  /// Takes all working memory from `arena`; afterwards the pipeline never allocates. `makers` of masks must outlive it;
+  /// only segmentation.mode dds and onnx need one, and auto uses one if present: then the result depends on which masks
+  /// arrive in time. `workers`, if any, share the most expensive stages, and must outlive it too. Errors:
   /// kInvalidConfig (which key), kCapacity (arena too small), kNotFound (mask folder).
   [[nodiscard]] static Result<Pipeline> create(const PipelineConfig& config, const StereoGeometry& geometry,
                                                Arena& arena, const MaskMakers& makers = {}, Workers* workers = nullptr);
@@ -40,15 +40,14 @@ class KINETRACE_API Pipeline {
   /// geometry, time does not advance). A bad image is no error: it shows as status in the result.
   [[nodiscard]] Result<const FrameResult*> process(const RectifiedPair& pair, StageObserver* observer = nullptr);
 
-  /// Bounds what the next frames cost, until called again. Without a call everything is as configured.
+  /// Bounds the cost of the next frames, until called again. Without a call it is as configured.
   void limit(const Effort& effort) noexcept;
 
   /// The first mask file that was missing or could not be used: which, and why. Empty if there was none.
   [[nodiscard]] std::string_view mask_complaint() const noexcept;
 
   /// After the last frame: call until it returns nullptr. Each call gives one more finalised frame (`has_finalised`
-  /// true, `newest` repeats the last frame, images empty); the last ones also carry, as retired, every point still
-  /// alive.
+  /// true, `newest` repeats the last frame, images empty); the first also carries, as retired, every point still alive.
   [[nodiscard]] const FrameResult* drain();
 
  private:

@@ -10,7 +10,7 @@
 namespace kinetrace::recording {
 
 /// Reads the text of a JSON file nested at most 64 deep, for recursive parsers and writers. Does not check the syntax.
-/// Errors: those of read_file, kBadFormat (nested deeper).
+/// Errors: those of InputFile::read_whole with at most 64 MiB, kBadFormat (nested deeper).
 [[nodiscard]] KINETRACE_API Result<std::string> read_json_text(const std::filesystem::path& path);
 
 }  // namespace kinetrace::recording

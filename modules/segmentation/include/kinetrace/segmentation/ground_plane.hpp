@@ -17,6 +17,9 @@ namespace kinetrace::segmentation {
 /// contrast, has many.
 class GroundPlane {
  public:
+  /// Log-likelihood ratio, see object_nats(), below which a point is ground.
+  static constexpr float kGroundNats = -2.F;
+
   GroundPlane() = default;
   GroundPlane(const StereoGeometry& geometry, Arena& arena);
 

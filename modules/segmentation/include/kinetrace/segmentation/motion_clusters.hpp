@@ -59,8 +59,8 @@ class MotionClusters {
     Eigen::Vector3f weighted{0.F, 0.F, 0.F};  ///< Sum of information times velocity.
     Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};
     Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
-    int agreeing = 0;    ///< Pairs of neighbours with the same motion.
-    int dissenting = 0;  ///< Neighbours of its features, on the same surface, at rest.
+    int agreeing = 0;            ///< Pairs of neighbours with the same motion.
+    int at_rest_neighbours = 0;  ///< Neighbours of its features, on the same surface, at rest.
   };
 
   void fill_grid();
@@ -71,7 +71,7 @@ class MotionClusters {
   [[nodiscard]] bool belong_together(std::int16_t a, std::int16_t b) const;
   void list_seeds();
   void grow_from(std::size_t seed);
-  void ask(Hypothesis& h, std::size_t from, std::size_t j);
+  void test_neighbour(Hypothesis& h, std::size_t from, std::size_t j);
   [[nodiscard]] bool holds(const Hypothesis& h) const;
   void join_parts();
   void absorb();
@@ -96,7 +96,7 @@ class MotionClusters {
   std::span<std::int16_t> cell_first_;
   std::span<std::int16_t> next_in_cell_;
   std::span<float> motion_chi2_;        ///< By feature: distance to the nearest velocity that counts as rest.
-  std::span<std::uint8_t> left_out_;    ///< By feature: 1 if on the ground, or higher than objects reach.
+  std::span<std::uint8_t> excluded_;    ///< By feature: 1 if on the ground, or higher than objects reach.
   FixedVector<std::uint16_t> seeds_;    ///< Features whose own motion is significant, most significant first.
   FixedVector<std::uint16_t> support_;  ///< Features of the hypothesis being grown.
   FixedVector<std::int16_t> cluster_of_;

@@ -56,11 +56,11 @@ class MotionEvidence {
   struct Slot {
     std::uint32_t feature_id = 0;
     int observations = 0;
-    int misfits = 0;            ///< Successive outliers...
-    int left_out = 0;           ///< ...and all.
+    int successive_outliers = 0;
+    int outliers = 0;           ///< In total.
     std::int64_t first_ns = 0;  ///< Of the observations the filter holds...
     std::int64_t last_ns = 0;   ///< ...and of the last one, used or not.
-    double misfit = 1.0;        ///< Mean NIS over its expectation.
+    double nis_ratio = 1.0;     ///< Mean NIS over its expectation.
     Eigen::Vector3d anchor_m{0.0, 0.0, 0.0};
     Vector6 state = Vector6::Zero();  ///< World position minus the anchor, velocity.
     Matrix6 covariance = Matrix6::Zero();

@@ -47,7 +47,8 @@ class MotionMemory {
   /// feature without history was found, else 0. Tracking a new object replaces its features, so the old ones cannot
   /// carry a region on.
   void begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
-  /// Assigns each cluster to the region of most of its features, or to a new one. `drawn_region`: id of the region on
+  /// Assigns each cluster to the region with most votes of its features, if these are at least a quarter of them and no
+  /// larger cluster of this frame continues that region; otherwise to a new one. `drawn_region`: id of the region on
   /// whose mask each feature was, in the frame before; used for features that were in none.
   void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
               std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
@@ -68,13 +69,15 @@ class MotionMemory {
   /// The same for the blobs of the last update.
   [[nodiscard]] std::span<const std::int16_t> region_of_blob() const noexcept { return region_of_blob_.span(); }
   /// True if a feature's own motion agreed with its region; parallel to the features as well.
-  [[nodiscard]] bool proved(std::size_t feature) const noexcept { return proved_[feature] != 0; }
+  [[nodiscard]] bool has_moved_with_region(std::size_t feature) const noexcept {
+    return has_moved_with_region_[feature] != 0;
+  }
 
  private:
   struct Membership {
     std::uint32_t feature_id = 0;
     std::uint32_t region_id = 0;
-    bool proved = false;
+    bool has_moved_with_region = false;
     std::uint8_t unknown_frames = 0;  ///< Since its own motion was last known.
   };
 
@@ -97,7 +100,7 @@ class MotionMemory {
   FixedVector<MotionRegion> regions_;
   FixedVector<std::int16_t> region_of_;
   FixedVector<std::int16_t> region_of_blob_;
-  FixedVector<std::uint8_t> proved_;
+  FixedVector<std::uint8_t> has_moved_with_region_;
   std::array<std::int16_t, MotionClusters::kMaxClusters> region_of_cluster_{};
 };
 

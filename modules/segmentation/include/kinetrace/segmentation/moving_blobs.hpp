@@ -21,7 +21,7 @@ namespace kinetrace::segmentation {
 struct MovingBlob {
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};            ///< World axes.
   Eigen::Matrix3f information = Eigen::Matrix3f::Zero();  ///< Of the velocity, from image noise alone.
-  float misfit = 1.F;                                     ///< Mean NIS over its expectation.
+  float nis_ratio = 1.F;                                  ///< Mean NIS over its expectation.
   float rest = 0.F;                                       ///< Mean grey difference at rest...
   float moved = 0.F;                                      ///< ...and at its velocity; means over frames.
   int frames = 0;
@@ -69,7 +69,7 @@ class MovingBlobs {
                                       float limit) const;
   [[nodiscard]] bool was_hidden(const TemporalTest& test, int cx, int cy, float disparity_px) const;
   void collect(int cx, int cy);
-  [[nodiscard]] const MovingBlob* before(const TemporalTest& test) const;
+  [[nodiscard]] const MovingBlob* previous_blob(const TemporalTest& test) const;
   void search(const TemporalTest& test, const Eigen::Vector3f& across, MovingBlob& blob) const;
   void refine(const TemporalTest& test, const Eigen::Vector3f& down, MovingBlob& blob) const;
   [[nodiscard]] bool significant(const MovingBlob& blob, const Se3& T_world_cam, double ego_speed_mps) const;

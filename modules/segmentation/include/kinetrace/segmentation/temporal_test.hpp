@@ -37,8 +37,8 @@ class TemporalTest {
   [[nodiscard]] Places places(const Eigen::Vector3f& velocity_mps, int lag, float u, float v,
                               float disparity_px) const noexcept;
   /// Lag of the newest earlier image in which the two places are distinguishable; 0 without an earlier image.
-  [[nodiscard]] int telling_lag(const Eigen::Vector3f& velocity_mps, float u, float v,
-                                float disparity_px) const noexcept;
+  [[nodiscard]] int discriminating_lag(const Eigen::Vector3f& velocity_mps, float u, float v,
+                                       float disparity_px) const noexcept;
   /// For one cell; positive: moved. 0 without an image, or if the place lies outside.
   [[nodiscard]] float cell_nats(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
                                 float disparity_px) const noexcept;

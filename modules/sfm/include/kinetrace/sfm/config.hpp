@@ -16,8 +16,8 @@ struct KINETRACE_API BodyConfig {
   int min_inliers = 8;            ///< Least number of inliers of a pose.
   double min_inlier_ratio = 0.4;  ///< Below this ratio the body is not rigid, or another one.
   /// Only points observed and in agreement in so many frames select the pose; newer ones only while there are fewer
-  /// than min_inliers of these. So a moving object that comes into view does not affect the pose, however large it is.
-  /// Objects are located by their masks, and let all points take part.
+  /// than five of these. So a moving object that comes into view does not affect the pose, however large it is. Objects
+  /// are located by their masks, and let all points take part.
   int min_observations_for_consensus = 3;
   /// Standard deviation of u_left, v and u_right: upper bound and initial value. The actual one is estimated from the
   /// residuals, with the second as lower bound.

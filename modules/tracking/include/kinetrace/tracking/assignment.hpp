@@ -37,8 +37,8 @@ class AffinityMatrix {
 /// Column of each row, or -1.
 using Assignment = std::array<int, kMaxObjects>;
 
-/// The matching of greatest total weight (Kuhn-Munkres, see core/assignment.hpp; O(n^3)).
-/// Pairs of weight zero are left unmatched. Ties are broken the same way every time. Fixed memory, on the stack.
+/// The matching of greatest total weight (Kuhn-Munkres, see core/assignment.hpp; O(n^3)). Pairs of weight zero are left
+/// unmatched. Ties are broken deterministically. Fixed memory, on the stack.
 [[nodiscard]] Assignment maximum_weight_assignment(const AffinityMatrix& affinity) noexcept;
 
 }  // namespace kinetrace::tracking

@@ -1,4 +1,4 @@
-// An object's disparity over its mask: carries the left mask into the right image.
+// Disparity of an object over its mask: maps the left mask to the right image.
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 
 namespace kinetrace::tracking {
 
-/// d(x, y) = mean + slope . ((x, y) - center), limited to what was seen.
+/// d(x, y) = mean + slope . ((x, y) - center), clamped to the observed range.
 struct DisparityPlane {
   bool known = false;
   float mean_px = 0.F;
@@ -23,8 +23,8 @@ struct DisparitySample {
   float disparity_px = 0.F;
 };
 
-/// Median and, where enough points lie far enough apart, a plane fitted to the points near it. `scratch` holds at least
-/// samples.size() values. No samples: not known.
+/// Median and, where enough samples are spread widely enough, a plane fitted to the inliers about it. `scratch` holds
+/// at least samples.size() values. Without samples it is not known.
 [[nodiscard]] DisparityPlane fit_disparity(std::span<const DisparitySample> samples, std::span<float> scratch);
 
 }  // namespace kinetrace::tracking

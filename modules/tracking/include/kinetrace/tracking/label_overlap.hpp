@@ -18,8 +18,8 @@ struct PredictionOverlap {
   std::array<int, 256> on_label{};  ///< Pixels shared with each label of the other image.
 };
 
-/// Looks at the pixels of `region` that carry `label` in `prediction`, and at the same pixels of `detections` (which
-/// may be empty: no overlaps).
+/// Counts the pixels of `region` that have `label` in `prediction`, by their label in `detections` (which may be empty:
+/// no overlaps).
 void measure_overlap(LabelView prediction, std::uint8_t label, const PixelBox& region, LabelView detections,
                      PredictionOverlap& overlap) noexcept;
 
@@ -29,13 +29,13 @@ void measure_overlap(LabelView prediction, std::uint8_t label, const PixelBox& r
 /// target = table[source], pixel by pixel. Both images have the same size.
 void relabel(LabelView source, const LabelTable& table, MutableLabelView target) noexcept;
 
-/// Where a label lies.
+/// Extent of a label.
 struct LabelRegion {
   PixelBox box_px;
   int area_px = 0;
 };
 
-/// Gives `label` to the background pixels of `target` in `region` that carry it in `prediction`; says which.
+/// Gives `label` to the background pixels of `target` in `region` that have it in `prediction`; returns their extent.
 LabelRegion assign_free_pixels(LabelView prediction, std::uint8_t label, const PixelBox& region,
                                MutableLabelView target) noexcept;
 

@@ -1,4 +1,4 @@
-// The life of a track as a state machine: one table, pure, so that every transition can be tested by itself.
+// The life of a track as a state machine: a pure function, so that each transition can be tested by itself.
 #pragma once
 
 #include <cstdint>
@@ -9,36 +9,36 @@ namespace kinetrace::tracking {
 
 enum class LifeState : std::uint8_t {
   kFree,       ///< A slot without a track.
-  kTentative,  ///< Born, not yet detected often enough to be confirmed.
+  kTentative,  ///< Initiated, not yet confirmed.
   kConfirmed,  ///< Detected in this frame.
-  kHidden,     ///< Not detected, and it cannot be expected to be: outside the image, or behind something.
-  kMissing,    ///< Not detected where it should be in plain sight.
-  kDormant,    ///< Missing for so long that what is detected there is something else: re-identification alone finds it.
-  kEnded,      ///< In this frame.
+  kHidden,     ///< Not detected, and no detection expected: outside the image or occluded.
+  kMissing,    ///< Not detected although in plain sight.
+  kDormant,    ///< Missing too long: a detection there counts as another object; only re-identification revives it.
+  kEnded,      ///< Ended in this frame.
 };
 
-/// What a frame says about a track. Clocks are dwell times since the last detection, true once they have run out.
+/// Evidence of one frame about a track. Clocks are dwell times since the last detection, true once they have run out.
 struct LifeEvidence {
   bool detected = false;
   bool often_detected = false;    ///< In `confirm_frames` frames by now.
-  bool in_plain_sight = false;    ///< A detection can be expected.
-  bool placed = false;            ///< Where it is, or its direction, is predicted: worth waiting for.
-  bool vanished = false;          ///< Nothing of its predicted mask is left.
+  bool in_plain_sight = false;    ///< A detection is expected.
+  bool placed = false;            ///< Its position or direction is predicted, so that it may coast.
+  bool vanished = false;          ///< Its predicted mask is smaller than `min_area_px`.
   bool missed = false;            ///< Clock: for longer than `max_missed_s`.
   bool missed_in_sight = false;   ///< ... in plain sight.
-  bool missed_tentative = false;  ///< Clock: for longer than `max_tentative_missed_s` where detections were looked for.
-  bool forgotten = false;         ///< Clock: for longer than `max_unseen_s` beyond that.
-  bool terminated = false;        ///< It has passed to another object.
+  bool missed_tentative = false;  ///< Clock: for longer than `max_tentative_missed_s` in frames searched for it.
+  bool forgotten = false;         ///< Clock: for longer than `max_missed_s` + `max_unseen_s`.
+  bool terminated = false;        ///< It has switched to another object.
 };
 
-/// The state after this frame. A free slot and an ended track stay what they are.
+/// The state after this frame. Free slots and ended tracks do not change.
 [[nodiscard]] LifeState next(LifeState state, const LifeEvidence& evidence) noexcept;
 
 [[nodiscard]] constexpr bool is_alive(LifeState state) noexcept {
   return state != LifeState::kFree && state != LifeState::kEnded;
 }
 
-/// As it is published.
+/// State as published.
 [[nodiscard]] constexpr TrackState track_state(LifeState state) noexcept {
   return state == LifeState::kTentative   ? TrackState::kTentative
          : state == LifeState::kConfirmed ? TrackState::kConfirmed

@@ -1,4 +1,4 @@
-// The mask of one object as it was last seen, ready to be drawn where the object is now.
+// The last observed mask of one object, to be drawn at its predicted position.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 
 namespace kinetrace::tracking {
 
-/// One bit per image pixel, with the similarity that carries it to the current frame. Propagated masks are drawn from
-/// the last seen one through the product of all motions since, never from a drawn one: no resampling loss adds up, and
-/// parts hidden behind a nearer object come out again on the other side.
+/// One bit per image pixel, with the similarity that maps it to the current frame. A propagated mask is drawn from the
+/// last observed one by the product of all motions since, never from a drawn one: resampling losses do not accumulate,
+/// and parts occluded by a nearer object reappear on its other side.
 class ReferenceMask {
  public:
   ReferenceMask() = default;
@@ -46,7 +46,7 @@ class ReferenceMask {
     }
   }
 
-  /// The object is where `now_from_reference` takes the mask as it was captured. Returns by which motion it got there.
+  /// Places the captured mask by `now_from_reference`. Returns the motion from its previous place.
   Similarity place(const Similarity& now_from_reference) noexcept {
     const Similarity before_from_ref = std::exchange(now_from_ref_, now_from_reference);
     return now_from_ref_ * before_from_ref.inverse();

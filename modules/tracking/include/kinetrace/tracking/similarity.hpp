@@ -1,4 +1,4 @@
-// How an object's image moves from one frame to the next: rotation, scale and translation.
+// Image motion of an object between two frames: rotation, scale and translation.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace kinetrace::tracking {
 
-/// x' = a x - b y + tx, y' = b x + a y + ty. Four numbers follow the image of a rigid object well enough between two
-/// frames, growth of oncoming ones included, and need only two points.
+/// x' = a x - b y + tx, y' = b x + a y + ty. Four parameters model the image motion of a rigid object between two
+/// frames well enough, the growth of oncoming ones included, and need only two points.
 struct Similarity {
   double a = 1.0;
   double b = 0.0;
@@ -38,13 +38,14 @@ struct PointPair {
 struct SimilarityOptions {
   double threshold_px = 2.0;
   int iterations = 48;
-  /// A similarity is refused when its error would exceed this at `reach_px` from the points' centre.
+  /// Maximum standard error at `reach_px` from the points' centre; a larger one refuses the fit.
   double max_edge_error_px = 4.0;
   double reach_px = 50.0;  ///< Half the size of the object's mask.
 };
 
-/// RANSAC on pairs of points, then least squares on the inliers. Nothing when fewer than three points agree, or when
-/// they lie too close together to tell scale from noise. Deterministic: the sampling sequence depends on `seed` alone.
+/// RANSAC on pairs of points, then least squares on the inliers. Nothing if fewer than three points are inliers, or if
+/// they are too close together to separate scale from noise. Deterministic: the sampling sequence depends on `seed`
+/// alone.
 [[nodiscard]] std::optional<Similarity> fit_similarity(std::span<const PointPair> pairs,
                                                        const SimilarityOptions& options, std::uint32_t seed);
 

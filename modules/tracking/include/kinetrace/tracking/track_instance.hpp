@@ -1,4 +1,4 @@
-// Everything the tracker remembers about one object.
+// State of one track.
 #pragma once
 
 #include <array>
@@ -16,11 +16,10 @@
 
 namespace kinetrace::tracking {
 
-/// Features carry a track over so long a break in its detections; after a longer one they lie on what hides it, or on
-/// nothing.
+/// Longest gap between detections that features bridge; after a longer one they lie on the occluder, or on no object.
 inline constexpr std::int64_t kCarriedByFeatures_ns = 100'000'000;
 
-/// Unknown agrees with every class.
+/// An unknown class agrees with every class.
 [[nodiscard]] inline bool classes_agree(std::uint16_t a, std::uint16_t b) noexcept {
   return a == b || a == kUnknownClass || b == kUnknownClass;
 }
@@ -40,7 +39,7 @@ class ClassVotes {
   std::array<Vote, 4> votes_{};
 };
 
-/// Where the features that an object's motion carried into this frame have landed.
+/// Detections under an object's features that were tracked into this frame.
 struct FeatureVotes {
   int total = 0;
   std::array<std::uint16_t, 256> on_label{};  ///< By the label of the detection under them.
@@ -49,33 +48,33 @@ struct FeatureVotes {
 /// One slot of the tracker.
 struct TrackInstance {
   LifeState life = LifeState::kFree;
-  bool terminated = false;  ///< Has passed to another object: ends with the next frame.
+  bool terminated = false;  ///< Has switched to another object: ends with the next frame.
   int matched_frames = 0;
   Track track;
   DwellTime age;
   DwellTime missed;            ///< Without a detection.
-  DwellTime tentative_missed;  ///< Of that, where it was looked for.
-  DwellTime missed_in_sight;   ///< Of that, where a detection could be expected.
+  DwellTime tentative_missed;  ///< Of that, in frames searched for it.
+  DwellTime missed_in_sight;   ///< Of that, where a detection was expected.
   std::int64_t matched_timestamp_ns = 0;
   ClassVotes votes;
 
   ReferenceMask mask;
   ObjectPrediction prediction;           ///< Of the current frame.
-  ObjectPrediction previous_prediction;  ///< Of the frame before.
+  ObjectPrediction previous_prediction;  ///< Of the previous frame.
   ObjectPrediction mask_prediction;      ///< Of the frame that `mask` was taken from.
   Similarity motion;                     ///< Image motion into the current frame.
   bool motion_from_flow = false;         ///< `motion` comes from features of this frame.
   DisparityPlane disparity;              ///< Last known.
   double mask_part_in_image = 1.0;       ///< Of the predicted mask.
-  int predicted_px = 0;                  ///< Pixels of the predicted mask in the image, hidden ones included.
+  int predicted_px = 0;                  ///< Pixels of the predicted mask in the image, occluded ones included.
   std::array<int, 256>
-      whole_on_label{};        ///< Pixels of the whole predicted mask on each detection, hidden ones included.
-  std::uint64_t in_front = 0;  ///< Bit s: the track in slot s has been seen to hide this one.
+      whole_on_label{};        ///< Pixels of the whole predicted mask on each detection, occluded ones included.
+  std::uint64_t in_front = 0;  ///< Bit s: the track in slot s was observed to occlude this one.
   PredictionOverlap overlap;   ///< Visible part of the predicted mask against the detections.
   FeatureVotes votes_of_features;
   int detection = -1;        ///< Index of the matched left detection.
   double right_shown = 1.0;  ///< Part of the predicted mask seen by the right view; 1 while its disparity is not known.
-  PixelBox right_region_px;  ///< Of the left mask carried to the right image: what is seen of it there.
+  PixelBox right_region_px;  ///< Of the left mask mapped to the right image: its visible extent.
 
   [[nodiscard]] bool alive() const noexcept { return is_alive(life); }
   [[nodiscard]] bool tentative() const noexcept { return life == LifeState::kTentative; }

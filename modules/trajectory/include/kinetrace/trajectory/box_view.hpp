@@ -1,4 +1,4 @@
-// What a frame shows of an object's extent, and the box sought.
+// Evidence of one frame for an object's extent, and the box to be estimated.
 #pragma once
 
 #include <array>
@@ -14,12 +14,11 @@ namespace kinetrace::trajectory {
 /// Edges of a mask in the left image, pixels: lowest and highest u, lowest and highest v.
 struct MaskEdges {
   std::array<double, 4> at_px{};
-  /// How far the object may reach beyond what is seen of it, standard deviation: infinite where the image's border cuts
-  /// it.
+  /// Standard deviation of the object's extent beyond each edge; infinite where the image border truncates it.
   std::array<double, 4> beyond_px{};
 };
 
-/// What one frame shows of an object, in the object's frame.
+/// Evidence of one frame, in the object's frame.
 struct BoxView {
   static constexpr std::size_t kMaxPoints = 24;
 

@@ -27,9 +27,9 @@ struct Ground {
   }
 };
 
-/// Found by RANSAC among the background's points: the plane that holds most of them and has few beyond it, since
-/// nothing is seen through the ground. A plane found stays until another one holds more; it follows the points by least
-/// squares. `down` is within 70 degrees of the camera's y axis, so that walls are none. Deterministic.
+/// RANSAC on the background's points: the plane with most inliers and few points below it, since nothing is visible
+/// through the ground. A plane is kept until another one has a higher score, and follows the points by least squares.
+/// `down` is within 70 degrees of the camera's y axis, which excludes walls. Deterministic.
 class GroundEstimator {
  public:
   GroundEstimator(std::size_t max_points, Arena& arena);
@@ -37,7 +37,7 @@ class GroundEstimator {
     ground_ = Ground{};
     averaged_ = 0;
   }
-  /// `points` in the world; one call a frame.
+  /// `points` in the world; one call per frame.
   void update(std::span<const BodyPoint> points, const Se3& T_world_cam) noexcept;
   [[nodiscard]] const Ground& ground() const noexcept { return ground_; }
 
@@ -58,7 +58,7 @@ class GroundEstimator {
   Eigen::Vector3f camera_down_{0.F, 1.F, 0.F};
   Ground ground_;
   std::uint32_t frames_ = 0;
-  int averaged_ = 0;  ///< Frames of which `down` is the mean.
+  int averaged_ = 0;  ///< Number of frames averaged in `down`.
 };
 
 }  // namespace kinetrace::trajectory

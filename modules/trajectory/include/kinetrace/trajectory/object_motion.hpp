@@ -1,4 +1,4 @@
-// Velocity, heading and moving-or-not of one object from its recent poses.
+// Velocity, yaw rate and moving-or-not of one object from its recent poses.
 #pragma once
 
 #include <array>
@@ -16,56 +16,55 @@ struct MotionSample {
   std::int64_t timestamp_ns = 0;
   Se3 T_world_obj;
   Eigen::Matrix3d position_covariance = Eigen::Matrix3d::Identity();  ///< Of the reference point in the world, m^2.
-  /// By how much the position may drift over the window while the object stands still, world, m^2: errors that frames
-  /// have in common and that change slowly.
+  /// Of the correlated position error, common to several frames and slowly varying, world, m^2: a resting object may
+  /// drift by it over the window.
   Eigen::Matrix3d correlated_covariance = Eigen::Matrix3d::Zero();
-  /// Of the velocity that it has from a common error of all disparities of one pixel, world, (m/s/px)^2.
+  /// Of the velocity error per pixel of common disparity error, world, (m/s/px)^2.
   Eigen::Matrix3d covariance_per_disparity = Eigen::Matrix3d::Zero();
 };
 
-/// What a wrong calibration does to the velocity of a point, by a common error of all disparities: with disparity d and
-/// p its place in the camera's frame, p is off by p / d a pixel, and while the camera moves, that changes. `ray_m` is p
-/// over its depth, `forward` where the camera looks, `velocity_mps` the camera's, world frame. The camera's own
-/// velocity is off as are the points that it is found from, whose median disparity is `background_disparity_px`; 0: not
-/// known. (m/s/px)^2.
+/// Covariance of a point's velocity error due to a wrong calibration, per pixel of common disparity error, (m/s/px)^2.
+/// A point p in the camera's frame with disparity d is off by p / d per pixel, which changes while the camera moves.
+/// `ray_m` is p over its depth, `forward` the camera's viewing direction, `velocity_mps` the camera's, world frame. The
+/// camera's velocity has the error of the points that it is estimated from; `background_disparity_px` is their median
+/// disparity, 0: not known.
 [[nodiscard]] Eigen::Matrix3d velocity_per_disparity(const Eigen::Vector3d& ray_m, const Eigen::Vector3d& forward,
                                                      const Eigen::Vector3d& velocity_mps, double disparity_px,
                                                      double background_disparity_px);
 
 struct MotionEstimate {
-  /// World frame, of the reference point, whether it differs significantly from zero or not.
+  /// World frame, of the reference point; also if not significant.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of the velocity.
-  /// ... but for what a wrong calibration may add, which the next frames show alike.
+  /// The same without the error of a wrong calibration, which the next frames have in common.
   Eigen::Matrix3d apparent_covariance = Eigen::Matrix3d::Zero();
   double yaw_rate_rad_s = 0.0;     ///< About the world's y axis (down).
   bool moving = false;             ///< Significant, and faster than min_moving_speed_mps.
   bool apparently_moving = false;  ///< The same by apparent_covariance.
 };
 
-/// A fixed ring of the last kCapacity poses, newest at age 0; the oldest gives way. No heap.
+/// Ring buffer of the last kCapacity poses, newest at age 0. No heap.
 class ObjectMotion {
  public:
   static constexpr std::size_t kCapacity = 48;
-  /// Fewer show no velocity: two cannot show that their covariances are too small.
+  /// Fewer give no velocity: two have no residuals that could reveal covariances that are too small.
   static constexpr std::size_t kMinSamples = 3;
 
   explicit ObjectMotion(const TrajectoryConfig& config) : config_(config) {}
   void reset() noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
-  /// Point of the object whose path is followed (centre of its box), object frame. Changing it applies to the whole
-  /// ring.
+  /// Reference point of the path, object frame. Changing it applies to the whole ring.
   void set_reference(const Eigen::Vector3d& p_obj) noexcept { reference_obj_ = p_obj; }
   void push(const MotionSample& sample) noexcept;
-  /// By how much all disparities may be off.
+  /// Standard deviation of the common error of all disparities.
   void set_disparity_sigma(double sigma_px) noexcept { disparity_sigma_px_ = sigma_px; }
   /// Replaces the pose of `age` frames ago; ages beyond size() are ignored.
   void revise(std::size_t age, const Se3& T_world_obj, const Eigen::Matrix3d& position_covariance) noexcept;
-  /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where the path
-  /// shows it. Significance is that of the velocity vector (root of its chi-square against zero), so that a sure
-  /// lateral motion is not drowned by an uncertain depth; an object whose sample or predecessor was found moving when
-  /// it was new stays so down to half the significance. Fewer than kMinSamples, or an age beyond size(): no velocity,
-  /// not moving.
+  /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where it is
+  /// significant. Significance is that of the velocity vector (root of its chi-square against zero), so that an
+  /// uncertain depth does not mask a certain lateral motion. Hysteresis: an object whose sample or predecessor was
+  /// moving when it was the newest stays moving down to half the significance. Fewer than kMinSamples, or an age beyond
+  /// size(): no velocity, not moving.
   [[nodiscard]] MotionEstimate at(std::size_t age) const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// How large objects of a class usually are.
+// Size priors of object classes.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace kinetrace::trajectory {
 
-/// What a body fills of its box.
+/// Shape of a body within its box.
 enum class BodyShape : std::uint8_t {
   kBox,     ///< Nearly all of it: vans, trucks, buses, people.
   kSaloon,  ///< A cabin on a lower body: cars.
@@ -31,15 +31,15 @@ struct KindOfObject {
 class KINETRACE_API SizeTable {
  public:
   static constexpr std::size_t kMaxKinds = 24;
-  static constexpr std::uint16_t kOtherClasses = 0xffff;  ///< What has no kind of its own.
+  static constexpr std::uint16_t kOtherClasses = 0xffff;  ///< Classes without a kind of their own.
 
-  /// Cars, vans, trucks and buses; people; anything of these for what has no class (moving regions); other classes.
+  /// Cars, vans, trucks and buses; people; any of these for objects without a class (moving regions); other classes.
   SizeTable();
-  /// The table of these kinds alone; those of a class stand one after the other. More than kMaxKinds are left out.
+  /// The table of these kinds alone, grouped by class. Kinds beyond kMaxKinds are left out.
   explicit SizeTable(std::span<const KindOfObject> kinds);
 
   [[nodiscard]] std::span<const KindOfObject> kinds() const noexcept { return std::span(kinds_).first(count_); }
-  /// At least one if there are any of kOtherClasses.
+  /// At least one if the table has any of kOtherClasses.
   [[nodiscard]] std::span<const KindOfObject> kinds_of(std::uint16_t class_id) const noexcept;
 
  private:

@@ -15,12 +15,12 @@ struct KINETRACE_API TrajectoryConfig {
   double moving_significance = 4.0;    ///< Speed over its standard deviation to become moving; half of it to stop.
   double max_acceleration_mps2 = 4.0;  ///< Process noise of the motion filter.
   double stereo_sigma_px = 0.5;        ///< Standard deviation of a stereo position's image coordinates.
-  double surface_sigma_m = 0.25;       ///< How far the middle of what is seen drifts over a stereo-only object.
-  /// Standard deviation of an object's acceleration, in its own axes, new every tenth of a second (white noise),
+  double surface_sigma_m = 0.25;       ///< Drift of the visible part's centre over a stereo-only object.
+  /// Standard deviation of an object's acceleration, in its own axes, redrawn every tenth of a second (white noise),
   double smoothing_acceleration_mps2 = 3.0;
   double smoothing_turn_radps2 = 0.6;  ///< ... and of its angular acceleration.
-  std::string sizes;                   ///< File of the sizes that objects usually have; empty: the table below.
-  SizeTable size_table;                ///< What that file holds.
+  std::string sizes;                   ///< File of the size priors; empty: the table below.
+  SizeTable size_table;                ///< Content of that file.
 
   [[nodiscard]] Status validate() const;
 };

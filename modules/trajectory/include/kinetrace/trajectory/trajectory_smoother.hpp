@@ -1,4 +1,4 @@
-// The path of one object over the frames of the window, made as smooth as things move.
+// Fixed-lag smoothing of one object's path over the window.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ struct PathNode {
   std::int64_t timestamp_ns = 0;
   Se3 measured;                                ///< T_world_obj of this frame alone.
   Matrix6d covariance = Matrix6d::Identity();  ///< Of (rotation about the world's axes in rad, position in m).
-  Se3 smoothed;                                ///< Result; given for nodes that are fixed.
+  Se3 smoothed;                                ///< Output; input for fixed nodes.
 };
 
 /// Velocity of the body in its own axes on the way from one smoothed node to the next: (rad/s, m/s).
@@ -24,21 +24,19 @@ struct PathNode {
 
 /// Fixed-lag smoother of SE(3) poses under a white-noise-on-acceleration prior (Bar-Shalom, Li, Kirubarajan 2001; on
 /// SE(3) as Anderson and Barfoot, IROS 2015): between frames the velocity of the body in its own axes changes no more
-/// than a vehicle can brake or steer, whatever the rate of the camera. Poses that are measured well stay where they
-/// are; where a frame tells little (far away, cut off, predicted), its neighbours decide. Measurements are weighed by a
-/// Huber loss, so that one wild position does not bend the path.
+/// than a vehicle can brake or steer, independent of the camera's rate. Well measured poses hardly move; uncertain ones
+/// (far away, truncated, predicted) follow their neighbours. A Huber loss keeps a single outlier from bending the path.
 ///
 /// Gauss-Newton on the pentadiagonal normal equations of 6 x 6 blocks: linear in the number of nodes.
 class TrajectorySmoother {
  public:
-  /// Memory: 1.1 kB a node. The arena may turn out exhausted.
+  /// Memory: 1.1 kB per node. The arena may turn out exhausted.
   TrajectorySmoother(const TrajectoryConfig& config, std::size_t max_nodes, Arena& arena);
 
-  /// `path`: oldest first, times ascending, at most `max_nodes`. The first `fixed` nodes are final and only say how the
-  /// object has moved so far. Fewer than three nodes tell nothing about acceleration: measurements are taken as they
-  /// are.
-  /// `at_rest`: the object shows no motion; then its velocity is not only steady but nearly zero, so that it does not
-  /// drift with the errors of its reconstruction.
+  /// `path`: oldest first, times ascending, at most `max_nodes`. The first `fixed` nodes are final and only constrain
+  /// the motion. With fewer than three nodes the acceleration is undetermined: measurements are returned unchanged.
+  /// `at_rest`: adds a prior of nearly zero velocity, so that the object does not drift with the errors of its
+  /// reconstruction.
   void smooth(std::span<PathNode> path, std::size_t fixed, bool at_rest = false) noexcept;
 
  private:

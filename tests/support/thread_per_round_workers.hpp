@@ -9,9 +9,9 @@
 
 namespace kinetrace::test {
 
-class DayLabourers final : public Workers {
+class ThreadPerRoundWorkers final : public Workers {
  public:
-  explicit DayLabourers(std::size_t count) : count_(count) {}
+  explicit ThreadPerRoundWorkers(std::size_t count) : count_(count) {}
   void run(Job job) noexcept override {
     ++rounds;
     std::vector<std::thread> threads;
