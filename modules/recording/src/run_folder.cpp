@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <fstream>
 #include <system_error>
 
@@ -181,15 +180,23 @@ Status check_content(const fs::path& directory) {
   return {};
 }
 
-/// New files can be made in `directory`, or, where it is missing, in the nearest folder above it.
+/// New files can be made in `directory`, or, where it is missing, folders in the nearest one above it.
 Status check_writable(const fs::path& directory) {
   std::error_code error;
-  fs::path first = fs::absolute(directory, error) / "README.txt";
+  if (fs::exists(directory, error)) {
+    return check_replaceable(directory / "README.txt");
+  }
+  fs::path first = fs::absolute(directory, error).lexically_normal();
+  first = first.has_filename() ? first : first.parent_path();
   while (first.parent_path().has_relative_path() && !fs::exists(first.parent_path(), error)) {
     first = first.parent_path();
   }
-  return fs::is_directory(first.parent_path(), error) ? check_replaceable(first)
-                                                      : Status(file_error("create", directory, ENOTDIR));
+  // Permissions alone do not show whether a file system takes folders.
+  if (fs::create_directory(first, error)) {
+    fs::remove(first, error);
+    return {};
+  }
+  return error ? Status(file_error("create", directory, error.value())) : Status{};
 }
 
 std::string readme_text(const RecordingConfig& config) {
