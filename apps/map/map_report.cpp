@@ -85,6 +85,11 @@ std::string line(const char* format, Values... values) {
   return text.data();
 }
 
+/// False: refused before anything was estimated.
+bool has_estimate(const geo::Alignment& alignment) {
+  return !alignment.covariance.isZero(0.0);
+}
+
 std::string reference_text(const MapReport& report) {
   const geo::ReferenceCounts& counts = report.reference.counts;
   std::string text = line("reference  %zu fixes of %s (%s); in the camera's time %lld, of these outliers %lld\n",
@@ -135,6 +140,12 @@ std::string report_json(const MapReport& report, int indent) {
                     {"covariance", rows(alignment.covariance)},
                     {"scale", alignment.scale},
                     {"scale_sigma", alignment.scale_sigma}};
+  if (!has_estimate(alignment)) {
+    for (const char* name : {"time_offset_s", "time_offset_sigma_s", "center_m", "rotation_sigma_deg",
+                             "position_sigma_m", "covariance", "scale", "scale_sigma"}) {
+      json[name] = nullptr;
+    }
+  }
   if (is_aligned) {
     json["map"] = map_json(report);
     json["ros"] = ros_json(alignment);
@@ -147,6 +158,9 @@ std::string report_text(const MapReport& report) {
   const Eigen::Vector3d rotation_deg = sigmas(alignment, 0) * kDegrees;
   const Eigen::Vector3d position_m = sigmas(alignment, 3);
   std::string text = reference_text(report);
+  if (!has_estimate(alignment)) {
+    return text;
+  }
   text += line("noise      %.2f m horizontally, %.2f m in height; %.1f neighbouring fixes are worth one\n",
                alignment.horizontal_noise_m, alignment.vertical_noise_m, alignment.correlation);
   text += line("offset     camera's clock minus the reference's %+.3f s, sigma %.3f s\n", alignment.time_offset_s,

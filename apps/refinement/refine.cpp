@@ -11,6 +11,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
 #include "figure/figure_images.hpp"
+#include "kinetrace/recording/run_recorder.hpp"
 #include "object_gaps.hpp"
 #include "object_history.hpp"
 #include "object_joining.hpp"
@@ -35,6 +36,9 @@ Outcome<recording::Run> read(const RefineOptions& options) {
       fs::weakly_canonical(options.run, error) == fs::weakly_canonical(options.out, error)) {
     return Unexpected(Failure{ExitCode::kUsage,
                               options.out.string() + ": is the run itself; name another folder for the refined one"});
+  }
+  if (const Status usable = recording::RunRecorder::check_folder(options.out); !usable) {
+    return Unexpected(Failure{ExitCode::kCannotCreate, usable.error().message});
   }
   Result<recording::Run> run = recording::read_run(options.run);
   if (!run) {
@@ -168,9 +172,7 @@ recording::RunSummary summary_of(const recording::Run& run, const RefinedRun& re
   summary.warnings = run.notes;
   summary.warnings.insert(summary.warnings.end(), refined.notes.begin(), refined.notes.end());
   if (const int signal = app::interrupted_by(); signal != 0) {
-    summary.warnings.push_back("refinement was stopped by signal " + std::to_string(signal) +
-                               "; what it did not reach is as the run had it");
-    summary.exit_status = 128 + signal;
+    summary.exit_status = app::kSignalBase + signal;
   }
   return summary;
 }
@@ -185,10 +187,14 @@ Outcome<int> carry_out(const RefineOptions& options) {
   }
   app::catch_interrupts();
   RefineProgress progress(!options.quiet, run->camera.size(), run->objects.size());
-  const Outcome<RefinedRun> refined = refine(*run, options, progress);
+  Outcome<RefinedRun> refined = refine(*run, options, progress);
   if (!refined) {
     progress.clear();
     return Unexpected(refined.error());
+  }
+  if (const int signal = app::interrupted_by(); signal != 0) {
+    refined->notes.push_back("refinement was stopped by signal " + std::to_string(signal) +
+                             "; what it did not reach is as the run had it");
   }
   const recording::RunSummary summary = summary_of(*run, *refined, options);
   const Status written =
@@ -198,7 +204,8 @@ Outcome<int> carry_out(const RefineOptions& options) {
     return failure(written.error());
   }
   if (!options.quiet) {
-    std::printf("Refined %zu frames and %zu objects into %s\n", run->camera.size(), refined->objects.size(),
+    std::printf("%s %zu frames and %zu objects into %s\n",
+                summary.exit_status == 0 ? "Refined" : "Refined in part:", run->camera.size(), refined->objects.size(),
                 options.out.c_str());
     for (const std::string& result : refined->path.results) {
       std::puts(result.c_str());

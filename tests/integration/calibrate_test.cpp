@@ -117,6 +117,15 @@ TEST_F(Calibrate, WhereNothingCanBeWrittenNoImageIsLookedAt) {
               HasSubstr("must be in [0.001 - 10], got nan"));
 }
 
+TEST_F(Calibrate, RefusesWhatItDoesNotUseWithoutATarget) {
+  for (const std::vector<std::string>& unused :
+       {std::vector<std::string>{"--lens", "fisheye"}, {"--seconds", "1"}, {"--fault", "drop@1"}, {"--loop", "2"}}) {
+    std::vector<std::string> arguments{"calibrate", "--self", "folder:nowhere", "--baseline", "0.1", "--out", out()};
+    arguments.insert(arguments.end(), unused.begin(), unused.end());
+    expect_refusal(run_kinetrace(arguments), kUsage, unused.front());
+  }
+}
+
 TEST_F(Calibrate, AFileOfAnotherKindIsKept) {
   const std::vector<std::uint8_t> black(std::size_t{320} * 240);
   for (const char* image : {"left/000000.pgm", "left/000001.pgm", "right/000000.pgm", "right/000001.pgm"}) {

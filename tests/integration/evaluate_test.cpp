@@ -155,6 +155,26 @@ TEST_F(Evaluate, SaysThatTwoRunsAreOfDifferentFrames) {
   EXPECT_THAT(different.err, AllOf(HasSubstr("not of the same frames: 10 frames over "), HasSubstr(" m and 7 over ")));
 }
 
+TEST_F(Evaluate, RefusesToCompareRunsOfDifferentRecordings) {
+  const fs::path other = scratch_.path() / "other";
+  const auto name_recording = [](const fs::path& folder, const std::string& dataset) {
+    json about = json::parse(text_of(folder / "run.json"));
+    about["dataset"] = {{"dataset", dataset}, {"sequence", "drive"}};
+    std::ofstream(folder / "run.json") << about.dump();
+  };
+  world_->record(other);
+  name_recording(run(), "kitti-raw:/data/town");
+  name_recording(other, "kitti-raw:/data/village");
+  const ProgramResult different = evaluate(world_->truth(), {"--against", other.string()});
+  expect_refusal(different, kBadData, "are runs of different recordings");
+  EXPECT_THAT(different.err, AllOf(HasSubstr("/data/town"), HasSubstr("/data/village")));
+  EXPECT_FALSE(fs::exists(other / "evaluation.json"));
+  for (const char* same : {"kitti-raw:/elsewhere/town", "kitti-raw:/data/town/drive"}) {
+    name_recording(other, same);
+    EXPECT_EQ(evaluate(world_->truth(), {"--against", other.string()}).exit_code, 0) << same;
+  }
+}
+
 TEST_F(Evaluate, FailsIfAConditionHolds) {
   const ProgramResult holds = evaluate(world_->truth(), {"--quiet", "--fail-if", "camera.t_rel>1.0", "--fail-if",
                                                          "objects.coverage >= 99", "--fail-if", "camera.frames==10"});

@@ -94,6 +94,19 @@ TEST_F(Refine, KeepsTheRunThatItRefines) {
   EXPECT_TRUE(fs::exists(path("run/run.json")));
 }
 
+TEST_F(Refine, FindsAnUnusableFolderBeforeTheWork) {
+  ASSERT_EQ(run().exit_code, 0);
+  fs::create_directories(path("foreign"));
+  std::ofstream(path("foreign/notes.txt")) << "kept";
+  expect_refusal(run_kinetrace({"refine", path("run"), "--out", path("foreign")}), kCannotCreate, "not an earlier run");
+  expect_refusal(run_kinetrace({"refine", path("run"), "--out", path("foreign/notes.txt/run")}), kCannotCreate,
+                 "notes.txt");
+  expect_refusal(
+      run_kinetrace({"run", "--dataset", recording_.dataset(), "--refine", "batch", "--out", path("foreign")}),
+      kCannotCreate, "not an earlier run");
+  EXPECT_FALSE(fs::exists(path("foreign.online")));
+}
+
 TEST_F(Refine, NeedsWhatTheRunSaw) {
   ASSERT_EQ(run({"--set", "output.observations=false"}).exit_code, 0);
   EXPECT_FALSE(fs::exists(path("run/observations.bin")));
@@ -184,6 +197,15 @@ TEST_F(Refine, FollowsARunThatAsksForIt) {
   EXPECT_EQ(refined.at("dataset").at("refined_from"), path("run.online"));
   const Json online = Json::parse(text_of(path("run.online/run.json")));
   EXPECT_EQ(online.at("config").at("features").at("max_features"), 4000);
+}
+
+TEST_F(Refine, FollowsARunWithTheSettingsThatItHas) {
+  ASSERT_EQ(run({"--refine", "batch", "--set", "features.max_features=600"}).exit_code, 0);
+  const Json online = Json::parse(text_of(path("run.online/run.json")));
+  EXPECT_EQ(online.at("config").at("features").at("max_features"), 600);
+  fs::remove_all(path("run"));
+  expect_refusal(run({"--refine", "batch", "--set", "output.observations=false"}), kUsage, "output.observations");
+  EXPECT_FALSE(fs::exists(path("run")));
 }
 
 }  // namespace

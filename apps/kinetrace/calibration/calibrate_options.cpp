@@ -33,7 +33,8 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
           "--lens", options.lens,
           "Lens model: radtan (k1 k2 p1 p2), radtan5 (and k3), rational (and k4 to k6) or fisheye (equidistant)")
       ->check(CLI::IsMember({"radtan", "radtan5", "rational", "fisheye"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->excludes(self);
   command
       .add_option("--out", options.out,
                   "Folder for calibration.yaml (OpenCV), camchain.yaml (Kalibr), calibration.json and calibration.png")
@@ -43,6 +44,10 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
   // Drawing a target takes no images.
   command.get_option_group("Source")->require_option(0, 1);
   add_until_options(command, options.until);
+  // A recording without a target is read once, as it is, and its lens model is found.
+  for (const char* unused : {"--loop", "--fault", "--seconds"}) {
+    command.get_option(unused)->excludes(self);
+  }
   command.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }
 

@@ -37,7 +37,8 @@ Status AppConfig::validate() const {
   return {};
 }
 
-Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation) {
+Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation,
+                              const std::function<void(AppConfig&)>& prepare) {
   AppConfig config;
   const ConfigFields fields = fields_of(config);
   ConfigNotes notes;
@@ -50,6 +51,9 @@ Result<AppConfig> load_config(const ConfigSource& source, const std::string& seg
     if (const Status status = read_config_file(source.file, fields, {}, &notes); !status) {
       return Unexpected(status.error());
     }
+  }
+  if (prepare) {
+    prepare(config);
   }
   for (const std::string& setting : source.settings) {
     if (const Status status = apply_setting(setting, fields, &notes); !status) {

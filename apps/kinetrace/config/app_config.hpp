@@ -1,6 +1,7 @@
 // The whole configuration of the program: all keys of a file and of --set.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "cli/shared_options.hpp"
@@ -62,8 +63,10 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
   pipeline::visit_fields(config.pipeline, visit);
 }
 
-/// Defaults, then the board, the file and the settings; checked as a whole. `segmentation`: value of --segmentation;
-/// empty: the configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
-[[nodiscard]] Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation = "");
+/// Defaults, then the board, the file, `prepare` and the settings of --set; checked as a whole. `segmentation`: value
+/// of
+/// --segmentation; empty: the configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
+[[nodiscard]] Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation = "",
+                                            const std::function<void(AppConfig&)>& prepare = {});
 
 }  // namespace kinetrace::app

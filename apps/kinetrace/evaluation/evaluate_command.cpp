@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <yaml-cpp/yaml.h>
@@ -116,12 +117,8 @@ std::optional<evaluation::Association> wanted_association(const std::string& nam
   return std::nullopt;
 }
 
-Result<Evaluation> evaluate(const EvaluateOptions& options, const fs::path& folder) {
-  const Result<recording::Run> run = recording::read_run(folder);
-  if (!run) {
-    return Unexpected(run.error());
-  }
-  const Result<evaluation::TruthSource> source = truth_source(options, *run);
+Result<Evaluation> evaluate(const EvaluateOptions& options, const recording::Run& run) {
+  const Result<evaluation::TruthSource> source = truth_source(options, run);
   if (!source) {
     return Unexpected(source.error());
   }
@@ -130,14 +127,14 @@ Result<Evaluation> evaluate(const EvaluateOptions& options, const fs::path& fold
     return Unexpected(truth.error());
   }
   Result<EvaluationInput> input =
-      match_up(*run, *truth, source->time_tolerance_ns, wanted_association(options.association), kGate_m);
+      match_up(run, *truth, source->time_tolerance_ns, wanted_association(options.association), kGate_m);
   if (!input) {
     return Unexpected(input.error());
   }
   Evaluation evaluation;
-  evaluation.notes = run->notes;
+  evaluation.notes = run.notes;
   evaluation.notes.insert(evaluation.notes.end(), input->notes.begin(), input->notes.end());
-  evaluation.run = folder.string();
+  evaluation.run = run.directory.string();
   evaluation.truth = options.truth.string();
   evaluation.truth_format = to_string(truth->format);
   evaluation.camera = evaluation::evaluate_camera(input->camera);
@@ -169,19 +166,69 @@ int check_conditions(const std::vector<evaluation::Condition>& conditions, const
 }
 
 /// Evaluates a run and writes the result into its folder.
-Result<Evaluation> measure(const EvaluateOptions& options, const fs::path& folder) {
-  Result<Evaluation> evaluation = evaluate(options, folder);
+Result<Evaluation> measure(const EvaluateOptions& options, const recording::Run& run) {
+  Result<Evaluation> evaluation = evaluate(options, run);
   if (!evaluation) {
     return evaluation;
   }
   for (const std::string& note : evaluation->notes) {
     print_warning(note);
   }
-  if (const Status written = replace_file(folder / "evaluation.json", evaluation::evaluation_json(*evaluation));
+  if (const Status written = replace_file(run.directory / "evaluation.json", evaluation::evaluation_json(*evaluation));
       !written) {
     return Unexpected(written.error());
   }
   return evaluation;
+}
+
+fs::path recording_path(const recording::Run& run) {
+  const fs::path path = run.dataset.substr(run.dataset.find(':') + 1);
+  return path.has_filename() ? path : path.parent_path();
+}
+
+bool is_below(const fs::path& path, const fs::path& folder) {
+  return std::mismatch(path.begin(), path.end(), folder.begin(), folder.end()).second == folder.end();
+}
+
+/// The same names, wherever the recording lay, and most times in common. Runs without a recording's name may be of any.
+bool are_of_one_recording(const recording::Run& run, const recording::Run& against) {
+  const fs::path here = recording_path(run);
+  const fs::path there = recording_path(against);
+  const bool is_named = !run.dataset.empty() && !against.dataset.empty();
+  const bool has_same_name = here.filename() == there.filename() || is_below(here, there) || is_below(there, here);
+  if (is_named && (!has_same_name || run.sequence != against.sequence)) {
+    return false;
+  }
+  std::vector<std::int64_t> times_ns;
+  for (const recording::CameraRow& row : against.camera) {
+    times_ns.push_back(row.timestamp_ns);
+  }
+  const auto common = std::count_if(run.camera.begin(), run.camera.end(), [&](const recording::CameraRow& row) {
+    return std::binary_search(times_ns.begin(), times_ns.end(), row.timestamp_ns);
+  });
+  return 2 * static_cast<std::size_t>(common) >= std::min(run.camera.size(), against.camera.size());
+}
+
+/// The run, and the one to compare it with, if there is one.
+Result<std::vector<recording::Run>> read_runs(const EvaluateOptions& options) {
+  std::vector<recording::Run> runs;
+  for (const fs::path& folder : {options.run, options.against}) {
+    if (folder.empty()) {
+      continue;
+    }
+    Result<recording::Run> run = recording::read_run(folder);
+    if (!run) {
+      return Unexpected(run.error());
+    }
+    runs.push_back(std::move(*run));
+  }
+  if (runs.size() == 2 && !are_of_one_recording(runs[0], runs[1])) {
+    return fail(ErrorCode::kBadFormat, options.run.string() + " (" + runs[0].dataset + ") and " +
+                                           options.against.string() + " (" + runs[1].dataset +
+                                           ") are runs of different recordings; --against takes another run of the "
+                                           "same one");
+  }
+  return runs;
 }
 
 /// Warns if two runs cover different frames. Runs with equal numbers of frames may still differ in the true path.
@@ -202,14 +249,18 @@ int evaluate_command(const EvaluateOptions& options) {
   if (!conditions) {
     return report(to_failure(conditions.error()));
   }
-  const Result<Evaluation> evaluation = measure(options, options.run);
+  const Result<std::vector<recording::Run>> runs = read_runs(options);
+  if (!runs) {
+    return report(to_failure(runs.error()));
+  }
+  const Result<Evaluation> evaluation = measure(options, runs->front());
   if (!evaluation) {
     return report(to_failure(evaluation.error()));
   }
   const std::string json = evaluation::evaluation_json(*evaluation);
   std::string text = options.json ? json : evaluation::evaluation_table(*evaluation);
   if (!options.against.empty()) {
-    const Result<Evaluation> against = measure(options, options.against);
+    const Result<Evaluation> against = measure(options, runs->back());
     if (!against) {
       return report(to_failure(against.error()));
     }

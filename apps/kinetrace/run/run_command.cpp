@@ -9,6 +9,7 @@
 #include "cli/commands.hpp"
 #include "cli/companion.hpp"
 #include "cli/messages.hpp"
+#include "kinetrace/recording/run_recorder.hpp"
 #include "live/thread_stacks.hpp"
 #include "refinement/refine_options.hpp"
 #include "run/run_components.hpp"
@@ -60,6 +61,9 @@ int run_and_refine(const RunOptions& options) {
   if (const Status there = check(kRefineCompanion); !there) {
     return report(to_failure(there.error()));
   }
+  if (const Status usable = recording::RunRecorder::check_folder(options.out); !usable) {
+    return report({ExitCode::kCannotCreate, usable.error().message});
+  }
   RunOptions online = options;
   online.out = (options.out.has_filename() ? options.out : options.out.parent_path()).string() + ".online";
   if (const int failed = run_command(online); failed != 0) {
@@ -85,9 +89,10 @@ void add_options(CLI::App& run, RunOptions& options) {
   run.add_option("--out", options.out, "Run folder; made, or replaced if it is an earlier run's")
       ->type_name("DIR")
       ->required();
-  run.add_option("--refine", options.refine,
-                 "batch: refines the run as a whole after its end, see kinetrace refine; DIR is the refined run then, "
-                 "DIR.online the one before. Takes 4000 features, and memory and time accordingly")
+  run.add_option(
+         "--refine", options.refine,
+         "batch: refines the run as a whole after its end, see kinetrace refine; DIR is the refined run then, "
+         "DIR.online the one before. Takes 4000 features, unless --set says otherwise, and memory and time accordingly")
       ->type_name("HOW")
       ->check(CLI::IsMember({"batch"}));
   run.add_flag("--images", options.images,

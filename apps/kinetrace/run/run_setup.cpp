@@ -22,13 +22,12 @@ Outcome<std::unique_ptr<PublishingSetup>> publishing_of(const RunOptions& option
 }
 
 // A run that is refined afterwards uses more features, since it need not keep up with a camera: more points account for
-// most of the gain of a whole recording over a window.
+// most of the gain of a whole recording over a window. --set decides otherwise.
 void prepare_refinement(AppConfig& config) {
   constexpr int kFeatures = 4000;  // The number of slots.
   constexpr int kBackgroundFeatures = 2500;
   constexpr int kBackgroundPoints = 2200;
   constexpr int kBucket_px = 13;  // As many buckets as background features, in 1242x375 pixels.
-  config.output.observations = true;
   features::FeatureConfig& features = config.pipeline.features;
   features.max_features = std::max(features.max_features, kFeatures);
   features.max_background_features = std::max(features.max_background_features, kBackgroundFeatures);
@@ -56,12 +55,15 @@ Status check_calibration_place(const RunOptions& options, const CameraSetup& cam
 }  // namespace
 
 Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
-  Result<AppConfig> config = load_config(options.config, options.segmentation);
+  const bool is_refined = !options.refine.empty();
+  Result<AppConfig> config = is_refined ? load_config(options.config, options.segmentation, prepare_refinement)
+                                        : load_config(options.config, options.segmentation);
   if (!config) {
     return failure(config.error());
   }
-  if (!options.refine.empty()) {
-    prepare_refinement(*config);
+  if (is_refined && !config->output.observations) {
+    return Unexpected(
+        Failure{ExitCode::kUsage, "--refine: output.observations is off, and a refinement needs them; set it to true"});
   }
   if (!options.save_calibration.empty() && config->pipeline.calibration.mode == rig::RefineMode::kOff) {
     return Unexpected(

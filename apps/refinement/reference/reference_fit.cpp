@@ -60,10 +60,11 @@ Result<ReferenceFit> fit_to_reference(const recording::Run& run, std::span<const
                                       const geo::AlignmentConfig& asked, const PathGraph& graph,
                                       const AdjustmentOptions& options, RefinedCamera& camera) {
   geo::AlignmentConfig config = asked;
-  // The rotation of the map about a straight path does not matter for bending.
+  // Drift that bending takes out counts as noise before.
   config.max_rotation_sigma_rad = 2.0 * M_PI;
   BentPath path{camera.T_world_cam, {}};
-  Result<geo::Alignment> alignment = align(run, path.T_world_cam, {}, fixes, config);
+  Se3 T_level_world;
+  Result<geo::Alignment> alignment = align(run, path.T_world_cam, T_level_world, fixes, config);
   const Se3 T_level_map = alignment ? alignment->T_map_world.inverse() : Se3{};
   for (int round = 0; alignment && round < kMaxRounds && options.keep_going(); ++round) {
     Result<BentPath> bent = bend_path(run.rectified, graph, factors(run, fixes, config, *alignment), options);
@@ -75,10 +76,17 @@ Result<ReferenceFit> fit_to_reference(const recording::Run& run, std::span<const
       moved_m = std::max(moved_m, (bent->T_world_cam[row].translation - path.T_world_cam[row].translation).norm());
     }
     path = std::move(*bent);
-    alignment = align(run, path.T_world_cam, T_level_map * path.T_map_world, fixes, config);
+    T_level_world = T_level_map * path.T_map_world;
+    alignment = align(run, path.T_world_cam, T_level_world, fixes, config);
     if (moved_m < kConverged_m) {
       break;
     }
+  }
+  if (alignment) {
+    config.max_rotation_sigma_rad = asked.max_rotation_sigma_rad;
+    // The rotation of the map about a straight path does not matter for bending.
+    config.roll_matters = false;
+    alignment = align(run, path.T_world_cam, T_level_world, fixes, config);
   }
   if (!alignment) {
     return Unexpected(alignment.error());

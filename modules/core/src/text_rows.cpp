@@ -100,7 +100,11 @@ Result<TextRows> TextRows::open(const std::filesystem::path& path, Separator sep
   TextRows rows;
   rows.path_ = path;
   rows.separator_ = separator;
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   rows.content_.assign(content->begin(), content->end());
+  if (content->starts_with(kByteOrderMark)) {
+    rows.position_ = kByteOrderMark.size();
+  }
   return rows;
 }
 
@@ -121,7 +125,9 @@ std::vector<std::size_t> TextRows::columns(const std::vector<std::string_view>& 
     if (found != fields_.end()) {
       places[i] = static_cast<std::size_t>(found - fields_.begin());
     } else if (i < required) {
-      reject("column " + quoted(names[i]) + " is missing");
+      const bool has_semicolons = fields_.size() == 1 && fields_[0].find(';') != std::string_view::npos;
+      reject("column " + quoted(names[i]) + " is missing" +
+             (has_semicolons ? "; expected commas between the fields, found semicolons" : ""));
       break;
     }
   }

@@ -30,6 +30,13 @@ std::optional<FileFix> parse_point(const pugi::xml_node& point) {
   return is_valid(fix.place) ? std::optional(fix) : std::nullopt;
 }
 
+void note_missing(const char* element, std::int64_t points, FileFixes& file) {
+  if (points > 0) {
+    file.notes.push_back(std::to_string(points) + " of " + std::to_string(file.counts.records) + " points have no <" +
+                         element + "> and are left out; export the track with it");
+  }
+}
+
 }  // namespace
 
 Result<FileFixes> read_gpx(const std::filesystem::path& path) {
@@ -44,10 +51,14 @@ Result<FileFixes> read_gpx(const std::filesystem::path& path) {
                 path.string() + ": no GPX file: " + parsed.description() + " at byte " + std::to_string(parsed.offset));
   }
   FileFixes file;
+  std::int64_t without_time = 0;
+  std::int64_t without_height = 0;
   for (const pugi::xml_node& track : document.child("gpx").children("trk")) {
     for (const pugi::xml_node& segment : track.children("trkseg")) {
       for (const pugi::xml_node& point : segment.children("trkpt")) {
         ++file.counts.records;
+        without_time += point.child("time") ? 0 : 1;
+        without_height += point.child("ele") ? 0 : 1;
         if (const auto fix = parse_point(point)) {
           file.fixes.push_back(*fix);
         } else {
@@ -56,6 +67,8 @@ Result<FileFixes> read_gpx(const std::filesystem::path& path) {
       }
     }
   }
+  note_missing("time", without_time, file);
+  note_missing("ele", without_height, file);
   return file;
 }
 

@@ -41,6 +41,7 @@ class NmeaReader {
     } else if (sentence.state == SentenceState::kMalformed) {
       ++file_.counts.malformed;
     } else if (sentence.type == "GGA") {
+      has_positions_ = true;
       take_position(sentence.fields);
     } else if (sentence.type == "RMC" && sentence.fields.size() > 8) {
       take_date(sentence.fields[0], sentence.fields[8]);
@@ -52,6 +53,9 @@ class NmeaReader {
   FileFixes finish() {
     if (!dated_ && !file_.fixes.empty()) {
       file_.notes.emplace_back("the log has no date (RMC or ZDA): that of the recording is taken");
+    }
+    if (!has_positions_ && file_.counts.records > 0) {
+      file_.notes.emplace_back("the log has no GGA, whose positions alone have heights: have the receiver send it");
     }
     // Positions before the first date.
     const std::int64_t midnight_ns = undated_ > 0 ? first_day_ns() : 0;
@@ -155,6 +159,7 @@ class NmeaReader {
 
   FileFixes file_;
   std::int64_t near_time_ns_;
+  bool has_positions_ = false;
   bool dated_ = false;
   std::size_t undated_ = 0;  ///< This many of the first fixes count from midnight of the log's first day.
   std::int64_t first_day_ns_ = 0;

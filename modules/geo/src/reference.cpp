@@ -1,5 +1,7 @@
 #include "kinetrace/geo/reference.hpp"
 
+#include <cmath>
+
 #include "kinetrace/core/median.hpp"
 #include "reference_path.hpp"
 #include "reference_readers.hpp"
@@ -18,11 +20,19 @@ Result<FileFixes> read_file(const ReferenceSource& source) {
   return fail(ErrorCode::kInternal, "a reference without a reader");
 }
 
-/// Explanation for a file without a fix, from the counts.
-std::string why_none(const ReferenceCounts& counts) {
-  return std::to_string(counts.records) + " records, of which " + std::to_string(counts.malformed) +
-         " are malformed, " + std::to_string(counts.bad_checksums) + " have a bad checksum and " +
-         std::to_string(counts.without_fix) + " say that there is no fix";
+// The vertical differs by 0.9 degrees.
+constexpr double kMaxFromOrigin_m = 1e5;
+
+/// Explanation for a file without a fix.
+std::string why_none(const Reference& reference) {
+  const ReferenceCounts& counts = reference.counts;
+  std::string why = std::to_string(counts.records) + " records, of which " + std::to_string(counts.malformed) +
+                    " are malformed, " + std::to_string(counts.bad_checksums) + " have a bad checksum and " +
+                    std::to_string(counts.without_fix) + " say that there is no fix";
+  for (const std::string& note : reference.notes) {
+    why += "; " + note;
+  }
+  return why;
 }
 
 /// The median of each coordinate, robust to outliers; 0 without fixes.
@@ -61,9 +71,15 @@ Result<Reference> read_global(const ReferenceSource& source) {
   if (!file) {
     return Unexpected(file.error());
   }
-  Result<LocalFrame> frame = LocalFrame::at(source.origin ? *source.origin : middle_of(file->fixes));
+  const Geodetic middle = middle_of(file->fixes);
+  Result<LocalFrame> frame = LocalFrame::at(source.origin.value_or(middle));
   if (!frame) {
     return Unexpected(frame.error());
+  }
+  if (const double away_m = frame->to_enu(middle).norm(); !file->fixes.empty() && away_m > kMaxFromOrigin_m) {
+    return fail(ErrorCode::kInvalidArgument, "--origin lies " + std::to_string(std::lround(away_m / 1000.0)) +
+                                                 " km from the fixes of " + source.path.string() +
+                                                 ": up is another direction there; give one within 100 km, or none");
   }
   Reference reference{*frame, {}, file->counts, std::move(file->notes)};
   for (const FileFix& fix : file->fixes) {
@@ -90,8 +106,7 @@ Result<Reference> read_reference(const ReferenceSource& source) {
   }
   if (reference->fixes.empty()) {
     return fail(ErrorCode::kBadFormat, source.path.string() + ": no fix of format " +
-                                           std::string(to_string(source.format)) +
-                                           " in it: " + why_none(reference->counts));
+                                           std::string(to_string(source.format)) + " in it: " + why_none(*reference));
   }
   make_path(reference->fixes, reference->counts);
   return reference;

@@ -53,8 +53,8 @@ Status ObservationReader::Impl::check_length(std::uint64_t bytes, const Run& run
   count = bytes / sizeof(Observation) - 1;
   const bool is_cut = bytes % sizeof(Observation) != 0;
   if (run.is_finished && (is_cut || std::cmp_not_equal(count, run.observation_rows.value_or(-1)))) {
-    return damaged("has " + std::to_string(count) + " records, run.json says " +
-                   std::to_string(run.observation_rows.value_or(0)));
+    return damaged("has " + std::to_string(count) + " records" + (is_cut ? " and a part of one" : "") +
+                   ", run.json says " + std::to_string(run.observation_rows.value_or(0)));
   }
   return {};
 }

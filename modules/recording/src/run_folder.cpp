@@ -145,7 +145,28 @@ Status remove_earlier_run(const fs::path& directory) {
   return {};
 }
 
-Status clear(const fs::path& directory) {
+Status check_is_folder(const fs::path& directory) {
+  std::error_code error;
+  const fs::file_status status = fs::status(directory, error);
+  if (fs::exists(status) && !fs::is_directory(status)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "cannot record to " + directory.string() + ": it is not a folder; name another one");
+  }
+  return {};
+}
+
+Result<FolderLock> lock_for_writing(const fs::path& directory) {
+  FolderLock lock = FolderLock::take(directory, FolderUse::kWrite);
+  if (lock.is_refused()) {
+    return fail(ErrorCode::kInvalidArgument, "cannot record to " + directory.string() +
+                                                 ": another run writes into it, or figure or evaluate reads it; wait "
+                                                 "until that has ended, or name another folder");
+  }
+  return lock;
+}
+
+/// It is empty or holds an earlier run.
+Status check_content(const fs::path& directory) {
   std::error_code error;
   const bool empty = fs::is_empty(directory, error);
   if (error) {
@@ -156,7 +177,26 @@ Status clear(const fs::path& directory) {
                                                  ": it holds files that are not an earlier run; name an empty or "
                                                  "new folder");
   }
-  return remove_earlier_run(directory);
+  return {};
+}
+
+/// New files can be made in `directory`, or, where it is missing, folders in the nearest one above it.
+Status check_writable(const fs::path& directory) {
+  std::error_code error;
+  if (fs::exists(directory, error)) {
+    return check_replaceable(directory / "README.txt");
+  }
+  fs::path first = fs::absolute(directory, error).lexically_normal();
+  first = first.has_filename() ? first : first.parent_path();
+  while (first.parent_path().has_relative_path() && !fs::exists(first.parent_path(), error)) {
+    first = first.parent_path();
+  }
+  // Permissions alone do not show whether a file system takes folders.
+  if (fs::create_directory(first, error)) {
+    fs::remove(first, error);
+    return {};
+  }
+  return error ? Status(file_error("create", directory, error.value())) : Status{};
 }
 
 std::string readme_text(const RecordingConfig& config) {
@@ -175,26 +215,41 @@ std::string readme_text(const RecordingConfig& config) {
 
 }  // namespace
 
+Status check_run_folder(const fs::path& directory) {
+  std::error_code error;
+  if (Status folder = check_is_folder(directory); !folder) {
+    return folder;
+  }
+  if (fs::exists(directory, error)) {
+    if (const Result<FolderLock> lock = lock_for_writing(directory); !lock) {
+      return Unexpected(lock.error());
+    }
+    if (Status content = check_content(directory); !content) {
+      return content;
+    }
+  }
+  return check_writable(directory);
+}
+
 Result<FolderLock> prepare_run_folder(const RecordingConfig& config) {
   const fs::path& directory = config.directory;
-  std::error_code error;
-  const fs::file_status status = fs::status(directory, error);
-  if (fs::exists(status) && !fs::is_directory(status)) {
-    return fail(ErrorCode::kInvalidArgument,
-                "cannot record to " + directory.string() + ": it is not a folder; name another one");
+  if (const Status folder = check_is_folder(directory); !folder) {
+    return Unexpected(folder.error());
   }
+  std::error_code error;
   fs::create_directories(directory, error);
   if (error) {
     return file_error("create", directory, error.value());
   }
-  FolderLock lock = FolderLock::take(directory, FolderUse::kWrite);
-  if (lock.is_refused()) {
-    return fail(ErrorCode::kInvalidArgument, "cannot record to " + directory.string() +
-                                                 ": another run writes into it, or figure or evaluate reads it; wait "
-                                                 "until that has ended, or name another folder");
+  Result<FolderLock> lock = lock_for_writing(directory);
+  if (!lock) {
+    return lock;
   }
-  if (const Status cleared = clear(directory); !cleared) {
-    return Unexpected(cleared.error());
+  if (const Status content = check_content(directory); !content) {
+    return Unexpected(content.error());
+  }
+  if (const Status removed = remove_earlier_run(directory); !removed) {
+    return Unexpected(removed.error());
   }
   for (const auto& [folder, wanted] : {std::pair(".spool", true), std::pair("tracks", true),
                                        std::pair("points", config.points), std::pair("images", config.images)}) {

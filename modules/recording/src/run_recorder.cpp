@@ -370,6 +370,10 @@ std::size_t RunRecorder::required_bytes(const RecordingConfig& config) {
   return measure_bytes([&](Arena& arena) { static_cast<void>(arena.take<std::byte>(memory_bytes(config))); });
 }
 
+Status RunRecorder::check_folder(const std::filesystem::path& directory) {
+  return check_run_folder(directory);
+}
+
 Result<RunRecorder> RunRecorder::create(const RecordingConfig& config, Arena& arena) {
   if (Status valid = config.validate(); !valid) {
     return Unexpected(valid.error());

@@ -147,6 +147,23 @@ TEST_F(ReferenceFitTest, PointsGoAlong) {
   EXPECT_LT((now_m - fitted->scale * seen_m).norm(), 1e-9);
 }
 
+TEST_F(ReferenceFitTest, RefusesAReceiverThatStandsStillOrScalesThePath) {
+  travel(drive({.length_m = 20.0}), {.rotation_rad = 2e-5, .position_m = 0.001}, 18);
+  std::mt19937 random(19);
+  const auto fixes = receive(truth_, {.T_map_world = any_placement(random, 0.0), .noise_m = 0.02}, random);
+  for (const double scale : {0.0, 1.3}) {
+    std::vector<geo::Fix> scaled = fixes;
+    for (geo::Fix& fix : scaled) {
+      fix.enu_m = fixes.front().enu_m + scale * (fix.enu_m - fixes.front().enu_m);
+    }
+    const auto refused = fit_to_reference(run_, scaled, {.freedom = geo::Freedom::kYaw, .max_time_offset_s = 0.0},
+                                          graph_, kOptions, camera_);
+    ASSERT_FALSE(refused) << scale;
+    EXPECT_NE(refused.error().message.find("the heading is known to"), std::string::npos) << refused.error().message;
+    EXPECT_EQ(camera_.T_world_cam.back().translation, graph_.T_world_cam.back().translation);
+  }
+}
+
 TEST_F(ReferenceFitTest, TakesAStraightPathHoweverTheMapLiesAboutIt) {
   travel(drive({.length_m = 200.0}), {.rotation_rad = 1e-3, .position_m = 0.01}, 12);
   std::mt19937 random(13);

@@ -53,6 +53,21 @@ TEST_F(TextRowsOfAFile, KeepEmptyFieldsBetweenCommas) {
   EXPECT_EQ(rows.text(3), "");
 }
 
+TEST_F(TextRowsOfAFile, BeginAfterAByteOrderMark) {
+  TextRows rows = rows_of(
+      "\xEF\xBB\xBF"
+      "a,b\n1,2\n",
+      TextRows::Separator::kComma);
+  EXPECT_THAT(rows.columns({"a", "b"}), ElementsAre(0U, 1U));
+  EXPECT_TRUE(rows_of("\xEF\xBB\xBF").status());
+}
+
+TEST_F(TextRowsOfAFile, NameSemicolonsInPlaceOfCommas) {
+  TextRows rows = rows_of("a;b\n1;2\n", TextRows::Separator::kComma);
+  static_cast<void>(rows.columns({"a", "b"}));
+  EXPECT_THAT(message(rows), HasSubstr("'a' is missing; expected commas between the fields, found semicolons"));
+}
+
 TEST_F(TextRowsOfAFile, StayReadableWhenMoved) {
   TextRows rows = rows_of("1 2\n");
   ASSERT_TRUE(rows.next());

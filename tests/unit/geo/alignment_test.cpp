@@ -246,6 +246,27 @@ TEST(Alignment, RefusesAReferenceOfAnotherTimeAndSaysWhichOffsetWouldDo) {
   EXPECT_NEAR(align_or_fail(path, receive(path, same, again), there).time_offset_s, 5000.0, 0.05);
 }
 
+TEST(Alignment, NamesTheUnitOfTimesThatAreNotNanoseconds) {
+  std::mt19937 random(51);
+  const auto path = drive(test::town());
+  auto fixes = receive(path, {.T_map_world = any_placement(random, 0.0)}, random);
+  for (Fix& fix : fixes) {
+    fix.time_ns /= 1000;
+  }
+  const Alignment alignment = align_or_fail(path, fixes, {});
+  EXPECT_NE(alignment.reason.find("times are in microseconds"), std::string::npos) << alignment.reason;
+  EXPECT_EQ(alignment.reason.find("--time-offset"), std::string::npos) << alignment.reason;
+}
+
+TEST(Alignment, AsksForALongerPathWhereFewFixesFallIntoIt) {
+  std::mt19937 random(52);
+  auto path = drive(test::town());
+  path.resize(8);
+  const auto fixes = receive(path, {.T_map_world = any_placement(random, 0.0)}, random);
+  const Alignment alignment = align_or_fail(path, fixes, {});
+  EXPECT_NE(alignment.reason.find("record a longer path"), std::string::npos) << alignment.reason;
+}
+
 TEST(Alignment, RefusesTheReferenceOfAnotherDrive) {
   std::mt19937 random(48);
   const auto path = drive(test::town());

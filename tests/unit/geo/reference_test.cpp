@@ -154,6 +154,12 @@ TEST_F(References, NmeaWithoutAFixIsRefusedWithItsCounts) {
   EXPECT_EQ(read_nmea("").error().code, ErrorCode::kBadFormat);
 }
 
+TEST_F(References, NmeaWithoutPositionsIsRefusedWithTheSentenceThatIsMissing) {
+  const auto reference = read_nmea(rmc("130225.00", "260911"));
+  ASSERT_FALSE(reference);
+  EXPECT_THAT(reference.error().message, HasSubstr("no GGA"));
+}
+
 TEST_F(References, NmeaIsAsSureAsItsQualityAndDilutionSay) {
   const auto reference = read_nmea(rmc("130225.00", "260911") + gga("130225.00", 0.66, 1) + gga("130226.00", 0.66, 4));
   ASSERT_TRUE(reference);
@@ -177,8 +183,17 @@ TEST_F(References, GpxHasTrackPointsWithTime) {
   ASSERT_TRUE(reference) << reference.error().message;
   ASSERT_EQ(reference->fixes.size(), 2U);
   EXPECT_EQ(reference->counts.malformed, 2);
+  ASSERT_EQ(reference->notes.size(), 1U);
+  EXPECT_THAT(reference->notes[0], HasSubstr("1 of 4 points have no <time>"));
   EXPECT_NEAR((reference->fixes[1].enu_m - reference->fixes[0].enu_m).y(), 111.2, 0.1);
   EXPECT_NEAR((reference->fixes[1].enu_m - reference->fixes[0].enu_m).z(), 0.0, 0.01);
+}
+
+TEST_F(References, GpxWithoutHeightsIsRefusedWithWhatIsMissing) {
+  const auto reference = read(ReferenceFormat::kGpx, "a.gpx",
+                              gpx("<trkpt lat=\"49.011\" lon=\"8.416\"><time>2011-09-26T13:02:25Z</time></trkpt>"));
+  ASSERT_FALSE(reference);
+  EXPECT_THAT(reference.error().message, HasSubstr("1 of 1 points have no <ele>"));
 }
 
 TEST_F(References, GpxThatIsNoneIsRefused) {
@@ -251,6 +266,17 @@ TEST_F(References, CsvHasItsColumnsByName) {
   for (const char* row : {"1,91,0,0", "1,nan,0,0", "1,0,0,1e9", "x,0,0,0"}) {
     EXPECT_FALSE(read(ReferenceFormat::kCsv, "c.csv", std::string("timestamp_ns,latitude,longitude,height\n") + row));
   }
+}
+
+TEST_F(References, AnOriginFarAwayIsRefused) {
+  const auto path = write("a.csv", "timestamp_ns,latitude,longitude,height\n1,49.011,8.416,116\n");
+  for (const Geodetic& far : {Geodetic{0.0, 0.0, 0.0}, Geodetic{-49.0, 8.4, 0.0}, Geodetic{50.0, 8.416, 116.0}}) {
+    const auto reference = read_reference({ReferenceFormat::kCsv, path, far, 0});
+    ASSERT_FALSE(reference) << far.latitude_deg;
+    EXPECT_EQ(reference.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_THAT(reference.error().message, HasSubstr("--origin lies "));
+  }
+  EXPECT_TRUE(read_reference({ReferenceFormat::kCsv, path, Geodetic{49.5, 8.416, 0.0}, 0}));
 }
 
 TEST_F(References, AWildFixDoesNotTiltTheMap) {

@@ -172,6 +172,24 @@ TEST(RunFolder, ForeignFilesAreNeverTouched) {
   EXPECT_EQ(read_text(folder.path() / "camera.tum"), "x\n");
 }
 
+TEST(RunFolder, IsCheckedWithoutAChange) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(RunRecorder::check_folder(folder.path() / "a" / "run"));
+  EXPECT_FALSE(fs::exists(folder.path() / "a"));
+  touch(folder.path() / "foreign" / "camera.tum");
+  const Status foreign = RunRecorder::check_folder(folder.path() / "foreign");
+  ASSERT_FALSE(foreign);
+  EXPECT_EQ(foreign.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_FALSE(RunRecorder::check_folder(folder.path() / "foreign" / "camera.tum"));
+  EXPECT_FALSE(RunRecorder::check_folder(folder.path() / "foreign" / "camera.tum" / "run"));
+  const RecordingConfig config = recording_config(folder.path() / "run");
+  ASSERT_TRUE(record_all(config, {}));
+  EXPECT_TRUE(RunRecorder::check_folder(config.directory));
+  EXPECT_TRUE(fs::exists(config.directory / "run.json"));
+  const RecorderFixture busy(config);
+  EXPECT_FALSE(RunRecorder::check_folder(config.directory));
+}
+
 TEST(RunFolder, AFileInItsPlaceIsRefused) {
   const TemporaryFolder folder;
   touch(folder.path() / "run");

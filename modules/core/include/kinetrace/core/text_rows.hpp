@@ -38,7 +38,7 @@ class KINETRACE_API TextRows {
   TextRows& operator=(const TextRows&) = delete;
   ~TextRows() = default;
 
-  /// Reads the whole file. Errors: those of InputFile::read_whole.
+  /// Reads the whole file; a byte order mark is skipped. Errors: those of InputFile::read_whole.
   [[nodiscard]] static Result<TextRows> open(const std::filesystem::path& path, Separator separator);
 
   /// True if the last row ends with a line break; otherwise it may be truncated.

@@ -39,6 +39,7 @@ struct AlignmentConfig {
   double max_pose_gap_s = 0.5;
   /// Larger sigmas are refused: at 30 m from the path, this is an error of a metre.
   double max_rotation_sigma_rad = 2.0 * 0.017453292519943295;
+  bool roll_matters = true;  ///< False: the rotation about the direction of a straight path may remain unknown.
 };
 
 /// Unmatched: outside the path's time, or in a gap of it.

@@ -67,7 +67,7 @@ struct ReferenceSource {
 
 /// Reads a reference. In logs of receivers (kNmea, kGpx), damaged records are left out and counted; tables (the other
 /// formats) must be complete. Errors, with the file and, for tables, the line: kNotFound, kBadFormat (also: no fix at
-/// all), kIo, kInvalidArgument (an origin is missing or not valid).
+/// all), kIo, kInvalidArgument (an origin is missing, not valid, or more than 100 km away).
 [[nodiscard]] Result<Reference> read_reference(const ReferenceSource& source);
 
 }  // namespace kinetrace::geo
