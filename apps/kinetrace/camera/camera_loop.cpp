@@ -34,7 +34,7 @@ class Player {
       }
       frames_ += frame ? 1 : 0;
     }
-    return nothing_came();
+    return check_any_frame();
   }
 
  private:
@@ -82,7 +82,7 @@ class Player {
     }
   }
 
-  [[nodiscard]] Status nothing_came() const {
+  [[nodiscard]] Status check_any_frame() const {
     if (frames_ > 0 || interrupted_by() != 0) {
       return {};
     }

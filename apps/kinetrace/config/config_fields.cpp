@@ -17,7 +17,7 @@ std::string_view last_part(std::string_view key) {
 }
 
 // Suggests a key of the same name in another section, else the nearest spelling.
-std::string meant_key(const ConfigFields& fields, std::string_view key) {
+std::string suggest_key(const ConfigFields& fields, std::string_view key) {
   std::vector<std::string_view> keys;
   for (const ConfigField& field : fields) {
     if (last_part(field.key) == last_part(key)) {
@@ -29,13 +29,13 @@ std::string meant_key(const ConfigFields& fields, std::string_view key) {
 }
 
 Status unknown_key(const ConfigFields& fields, std::string_view key, std::string_view key_list) {
-  const std::string meant = meant_key(fields, key);
+  const std::string meant = suggest_key(fields, key);
   return fail(ErrorCode::kInvalidConfig,
               "unknown key \"" + std::string(key) + "\"" + (meant.empty() ? "; " + std::string(key_list) : meant));
 }
 
 // The description of an enumeration lists its names: collect the words in it that are valid values.
-std::string meant_value(const ConfigField& field, std::string_view text) {
+std::string suggest_value(const ConfigField& field, std::string_view text) {
   const EnumReference* const choice = std::get_if<EnumReference>(&field.value);
   if (choice == nullptr) {
     return {};
@@ -153,7 +153,7 @@ Status set_field(const ConfigFields& fields, std::string_view key, std::string_v
   if (!std::visit(Assign{text}, field->value)) {
     return fail(ErrorCode::kInvalidConfig, field->key + " must be " +
                                                std::visit(Expectation{field->doc}, field->value) + ", got \"" +
-                                               std::string(text) + "\"" + meant_value(*field, text));
+                                               std::string(text) + "\"" + suggest_value(*field, text));
   }
   return {};
 }

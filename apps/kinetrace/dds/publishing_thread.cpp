@@ -14,7 +14,7 @@ constexpr int kIdle_ms = 200;
 
 // A SCHED_BATCH thread never preempts the thread that wakes it; otherwise sending would delay the pipeline on a busy
 // machine. A refusal by the system is ignored.
-void let_others_go_first() {
+void set_batch_scheduling() {
   const sched_param none{};
   ::pthread_setschedparam(::pthread_self(), SCHED_BATCH, &none);
 }
@@ -39,7 +39,7 @@ Result<std::unique_ptr<PublishingThread>> PublishingThread::create(const publish
   }
   std::unique_ptr<PublishingThread> made(
       new PublishingThread(std::move(*mailbox), std::move(*publisher), config.device, std::move(tell)));
-  if (!made->news_.is_open()) {
+  if (!made->wake_event_.is_open()) {
     return fail(ErrorCode::kIo, "publishing needs one more open file than the process may have; raise its limit");
   }
   made->thread_ = std::thread([thread = made.get()] { thread->run(); });
@@ -73,7 +73,7 @@ void PublishingThread::offer_health(const HealthMonitor& health, const FrameCoun
 }
 
 void PublishingThread::send() noexcept {
-  news_.signal();
+  wake_event_.signal();
 }
 
 bool PublishingThread::is_connected() const noexcept {
@@ -95,9 +95,9 @@ void PublishingThread::serve() {
 }
 
 void PublishingThread::run() {
-  let_others_go_first();
+  set_batch_scheduling();
   while (!ends_) {
-    news_.wait(kIdle_ms);
+    wake_event_.wait(kIdle_ms);
     serve();
   }
   serve();
@@ -110,7 +110,7 @@ void PublishingThread::finish() noexcept {
   masks_.reset();
   mailbox_->end_trajectories();
   ends_ = true;
-  news_.signal();
+  wake_event_.signal();
   thread_.join();
 }
 

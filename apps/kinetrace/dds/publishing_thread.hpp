@@ -61,7 +61,7 @@ class PublishingThread final : public RunPublishing {
   std::unique_ptr<MaskThread>
       masks_;  ///< Null unless masks are received. Declared after the publisher, whose link it uses.
   recording::LatencyHistogram latency_;  ///< Of the thread.
-  EventFd news_;
+  EventFd wake_event_;
   std::atomic<bool> ends_ = false;
   std::thread thread_;
 };

@@ -6,7 +6,7 @@
 namespace kinetrace::app {
 namespace {
 
-constexpr int kMaxCaution = 16;
+constexpr int kMaxRecoveryFactor = 16;
 
 struct Level {
   int refinement_iterations;
@@ -28,17 +28,18 @@ constexpr std::array<Level, LoadShedder::kLevels> kTable{{{kAll, 1.0, 1.0, std::
 bool LoadShedder::update(double processing_ms) noexcept {
   const int before = level_;
   late_ = processing_ms > deadline_ms_ ? late_ + 1.0 : std::max(0.0, late_ - 0.5);
-  easy_frames_ = processing_ms < kEasyPart * deadline_ms_ ? easy_frames_ + 1 : 0;
+  fast_frames_ = processing_ms < kRecoveryLoad * deadline_ms_ ? fast_frames_ + 1 : 0;
   if (frames_since_return_) {
     ++*frames_since_return_;
   }
   if (late_ >= kMaxLateFrames && level_ + 1 < kLevels) {
     if (frames_since_return_) {
-      caution_ = *frames_since_return_ <= kEasyFrames ? std::min(2 * caution_, kMaxCaution) : 1;
+      recovery_factor_ =
+          *frames_since_return_ <= kRecoveryFrames ? std::min(2 * recovery_factor_, kMaxRecoveryFactor) : 1;
       frames_since_return_.reset();
     }
     set_level(level_ + 1);
-  } else if (easy_frames_ >= caution_ * kEasyFrames && level_ > 0) {
+  } else if (fast_frames_ >= recovery_factor_ * kRecoveryFrames && level_ > 0) {
     set_level(level_ - 1);
     frames_since_return_ = 0;
   }
@@ -48,7 +49,7 @@ bool LoadShedder::update(double processing_ms) noexcept {
 void LoadShedder::set_level(int level) noexcept {
   level_ = level;
   late_ = 0.0;
-  easy_frames_ = 0;
+  fast_frames_ = 0;
 }
 
 Effort LoadShedder::effort() const noexcept {

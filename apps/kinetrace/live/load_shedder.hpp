@@ -14,14 +14,14 @@ namespace kinetrace::app {
 /// small ones end first, see StereoTracker).
 ///
 /// A late frame adds 1 to a count, a frame in time subtracts 0.5; at `kMaxLateFrames` the next level begins. After
-/// `kEasyFrames` consecutive frames below `kEasyPart` of the deadline, one level is taken back. If it is needed again
-/// within `kEasyFrames`, the wait before the next return doubles, up to 16 times.
+/// `kRecoveryFrames` consecutive frames below `kRecoveryLoad` of the deadline, one level is taken back. If it is needed
+/// again within `kRecoveryFrames`, the wait before the next return doubles, up to 16 times.
 class LoadShedder {
  public:
   static constexpr int kLevels = 6;
   static constexpr double kMaxLateFrames = 8.0;
-  static constexpr int kEasyFrames = 60;
-  static constexpr double kEasyPart = 0.6;
+  static constexpr int kRecoveryFrames = 60;
+  static constexpr double kRecoveryLoad = 0.6;
 
   LoadShedder(double deadline_ms, int max_objects) noexcept : deadline_ms_(deadline_ms), max_objects_(max_objects) {}
 
@@ -40,9 +40,9 @@ class LoadShedder {
   int max_objects_;
   int level_ = 0;
   double late_ = 0.0;
-  int easy_frames_ = 0;
+  int fast_frames_ = 0;
   std::optional<int> frames_since_return_;
-  int caution_ = 1;  ///< Multiplier of kEasyFrames until the next return.
+  int recovery_factor_ = 1;  ///< Multiplier of kRecoveryFrames until the next return.
 };
 
 }  // namespace kinetrace::app

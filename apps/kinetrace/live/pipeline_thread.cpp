@@ -38,7 +38,7 @@ Result<std::unique_ptr<PipelineThread>> PipelineThread::create(const StereoGeome
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the frames that wait; size it from required_bytes");
   }
-  if (!made->news_.is_open()) {
+  if (!made->wake_event_.is_open()) {
     return fail(ErrorCode::kIo, "live mode needs one more open file than the process may have; raise its limit");
   }
   made->thread_ = std::thread([thread = made.get()] { thread->run(); });
@@ -63,14 +63,14 @@ Result<bool> PipelineThread::offer(const RectifiedPair& pair, std::int64_t expos
   slot.pair.left = slot.left;
   slot.pair.right = slot.right;
   const bool was_left_out = slots_.publish();
-  news_.signal();
+  wake_event_.signal();
   return was_left_out;
 }
 
 Status PipelineThread::finish() noexcept {
   if (thread_.joinable()) {
     ends_ = true;
-    news_.signal();
+    wake_event_.signal();
     thread_.join();
   }
   return failure();
@@ -98,7 +98,7 @@ void PipelineThread::run() {
     if (is_last_look) {
       return;
     }
-    news_.wait(kIdle_ms);
+    wake_event_.wait(kIdle_ms);
     idle_();
   }
 }

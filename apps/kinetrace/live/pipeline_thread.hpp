@@ -60,7 +60,7 @@ class PipelineThread {
   Process process_;
   Idle idle_;
   LatestValue<Slot> slots_;
-  EventFd news_;
+  EventFd wake_event_;
   mutable std::mutex mutex_;
   std::optional<Error> failure_;  ///< Guarded by the mutex.
   std::latch has_begun_{1};

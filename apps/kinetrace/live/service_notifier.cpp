@@ -93,7 +93,7 @@ void ServiceNotifier::progress(std::int64_t now_ns) noexcept {
 }
 
 void ServiceNotifier::tell(const Condition& now) noexcept {
-  const std::lock_guard lock(telling_);
+  const std::lock_guard lock(status_mutex_);
   if (socket_ < 0 || notified_ == now) {
     return;
   }

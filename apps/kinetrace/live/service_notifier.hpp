@@ -40,7 +40,7 @@ class ServiceNotifier {
   std::int64_t feed_every_ns_ = 0;  ///< 0: no watchdog.
   std::atomic<bool> is_ready_ = false;
   std::atomic<std::int64_t> fed_at_ns_ = 0;
-  std::mutex telling_;
+  std::mutex status_mutex_;
   std::optional<Condition> notified_;
 };
 

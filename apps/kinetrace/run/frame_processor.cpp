@@ -14,7 +14,7 @@ Status FrameProcessor::go_live(const RunSetup& setup, double rate_hz, Arena& are
                                        clock_->begin_frame();
                                        return process_pair(pair, exposed_ns);
                                      },
-                                 .idle = [this] { tell_health(); },
+                                 .idle = [this] { publish_health(); },
                                  .limit = [this](const Effort& effort) { components_.pipeline.limit(effort); },
                                  .max_objects = setup.config.pipeline.tracking.max_objects};
   auto live = LiveRun::create(setup.config.live, rate_hz, !setup.camera.live, components_.rectifier.geometry(),
@@ -64,7 +64,7 @@ void FrameProcessor::on_idle() {
     components_.service->tell(report_.health.condition());
   }
   if (!live_) {
-    tell_health();
+    publish_health();
   }
 }
 
@@ -161,7 +161,7 @@ void FrameProcessor::offer_result(const FrameResult& result, std::int64_t expose
   components_.publishing->offer(result, exposed_ns);
 }
 
-void FrameProcessor::tell_health() {
+void FrameProcessor::publish_health() {
   if (components_.publishing) {
     components_.publishing->offer_health(report_.health, progressed_.get().counters, progressed_.get().rig);
   }

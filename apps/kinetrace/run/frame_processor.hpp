@@ -58,7 +58,7 @@ class FrameProcessor {
   [[nodiscard]] Status process_pair(const RectifiedPair& pair, std::int64_t exposed_ns);
   void offer_result(const FrameResult& result, std::int64_t exposed_ns);
   [[nodiscard]] Status note_masks(const FrameResult& result);
-  void tell_health();
+  void publish_health();
 
   RunComponents& components_;
   RunReport& report_;

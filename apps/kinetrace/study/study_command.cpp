@@ -98,7 +98,7 @@ Outcome<std::vector<StudyRun>> run_all(const StudyOptions& options) {
   return runs;
 }
 
-bool nothing_studied(const std::vector<StudyRun>& runs) {
+bool has_no_results(const std::vector<StudyRun>& runs) {
   return std::all_of(runs.begin(), runs.end(), [](const StudyRun& run) { return run.rows.empty(); });
 }
 
@@ -117,7 +117,7 @@ int study_object_size(const StudyOptions& options) {
   if (interrupted_by() != 0) {
     return kSignalBase + interrupted_by();
   }
-  if (nothing_studied(*runs)) {
+  if (has_no_results(*runs)) {
     return report({ExitCode::kBadData, "no rigid object moves in these recordings; simulate the scene receding"});
   }
   for (const auto& write : {write_study_csv, write_study_plot}) {

@@ -109,7 +109,7 @@ void CaptureStream::close() noexcept {
   }
 }
 
-bool CaptureStream::is_sound(const CapturedImage& image) const noexcept {
+bool CaptureStream::is_usable(const CapturedImage& image) const noexcept {
   return !image.damaged && image.slot >= 0 && static_cast<std::size_t>(image.slot) < kMaxSlots;
 }
 
@@ -205,7 +205,7 @@ Result<std::optional<SyncFrame>> CaptureStream::take(CameraCounters& counters) {
   // Even under a new sequence number.
   const bool is_repeated = stamp_ns_ == image->timestamp_ns;
   stamp_ns_ = image->timestamp_ns;
-  if (!is_sound(*image) || is_repeated) {
+  if (!is_usable(*image) || is_repeated) {
     number_of(*image, std::nullopt);
     ++(is_repeated ? counters.skipped_repeated : counters.skipped_unreadable);
     device_->release(image->slot);

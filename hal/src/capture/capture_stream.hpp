@@ -65,7 +65,7 @@ class CaptureStream {
   std::int64_t number_of(const CapturedImage& image, std::optional<std::int64_t> time_ns) noexcept;
   [[nodiscard]] bool is_the_same(const CaptureInfo& info) const;
   void note_exposure(const CapturedImage& image) noexcept;
-  [[nodiscard]] bool is_sound(const CapturedImage& image) const noexcept;
+  [[nodiscard]] bool is_usable(const CapturedImage& image) const noexcept;
   [[nodiscard]] Status check_rate(const CapturedImage& image);
   [[nodiscard]] std::int64_t mid_exposure_ns(const CapturedImage& image) const noexcept;
 

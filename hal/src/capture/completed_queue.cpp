@@ -14,7 +14,7 @@ void CompletedQueue::push(const Item& item) noexcept {
   const std::lock_guard lock(mutex_);
   if (items_.size() < items_.capacity()) {
     items_.push_back(item);
-    raise();
+    set_event();
   }
 }
 
@@ -27,14 +27,14 @@ std::optional<CompletedQueue::Item> CompletedQueue::pop() noexcept {
   }
   const Item item = *first;
   items_.erase(first);
-  lower_if_idle();
+  clear_event_if_idle();
   return item;
 }
 
 void CompletedQueue::end() noexcept {
   const std::lock_guard lock(mutex_);
   ended_ = true;
-  raise();
+  set_event();
 }
 
 bool CompletedQueue::ended() const noexcept {
@@ -45,16 +45,16 @@ bool CompletedQueue::ended() const noexcept {
 void CompletedQueue::clear() noexcept {
   const std::lock_guard lock(mutex_);
   items_.clear();
-  lower_if_idle();
+  clear_event_if_idle();
 }
 
-void CompletedQueue::raise() noexcept {
+void CompletedQueue::set_event() noexcept {
   const std::uint64_t one = 1;
   // Fails only if the counter is full; then the descriptor is readable anyway.
   [[maybe_unused]] const ssize_t written = write(event_.get(), &one, sizeof one);
 }
 
-void CompletedQueue::lower_if_idle() noexcept {
+void CompletedQueue::clear_event_if_idle() noexcept {
   if (items_.empty() && !ended_) {
     std::uint64_t count = 0;
     // Fails only if it is not readable anyway.

@@ -34,8 +34,8 @@ class CompletedQueue {
   [[nodiscard]] int wait_fd() const noexcept { return event_.get(); }
 
  private:
-  void raise() noexcept;
-  void lower_if_idle() noexcept;
+  void set_event() noexcept;
+  void clear_event_if_idle() noexcept;
 
   mutable std::mutex mutex_;
   std::vector<Item> items_;

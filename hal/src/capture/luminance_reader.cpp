@@ -10,13 +10,13 @@
 namespace kinetrace::hal {
 namespace {
 
-bool lies_in_place(PixelFormat format) {
+bool needs_no_conversion(PixelFormat format) {
   return bytes_per_pixel(format) == 1;
 }
 
 MutableGrayView carve(const CaptureConfig& config, Arena& arena) {
-  return lies_in_place(config.format) ? MutableGrayView{}
-                                      : take_image<std::uint8_t>(arena, config.width_px, config.height_px);
+  return needs_no_conversion(config.format) ? MutableGrayView{}
+                                            : take_image<std::uint8_t>(arena, config.width_px, config.height_px);
 }
 
 const std::uint8_t* row_of(const CapturedImage& image, const CaptureInfo& info, int y) {
@@ -84,7 +84,7 @@ Result<LuminanceReader> LuminanceReader::create(const CaptureConfig& config, Are
 // Drivers are not trusted: a view beyond the bytes would be read out of bounds later.
 Status LuminanceReader::Impl::check(const CapturedImage& image, const CaptureInfo& info) const {
   const bool fits_reader =
-      lies_in_place(format) || (info.width_px == converted.width && info.height_px == converted.height);
+      needs_no_conversion(format) || (info.width_px == converted.width && info.height_px == converted.height);
   if (info.format != format || info.width_px < 1 || info.height_px < 1 || !fits_reader ||
       info.stride_bytes < bytes_per_pixel(format) * info.width_px) {
     return fail(ErrorCode::kBadFormat,

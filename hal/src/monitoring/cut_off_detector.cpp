@@ -12,9 +12,9 @@ constexpr int kMinContrast = 12;        // Several times the noise of a saturate
 // Visits a few pixels, spread over a row.
 template <typename Visit>
 void sample_row(GrayView image, int y, Visit visit) noexcept {
-  constexpr int kPixelsLookedAt = 16;
+  constexpr int kSampledPixels = 16;
   const std::uint8_t* row = image.row(y);
-  const int step = std::max(1, image.width / kPixelsLookedAt);
+  const int step = std::max(1, image.width / kSampledPixels);
   for (int x = 0; x < image.width; x += step) {
     visit(row[x]);
   }

@@ -11,15 +11,15 @@ constexpr int kEqualFrames = 3;
 // Fewer matches in a grid of 64 are seldom consistent.
 constexpr int kMinMatches = 12;
 // Part of the matches that must agree.
-constexpr double kNearlyAll = 0.9;
+constexpr double kMinAgreeingShare = 0.9;
 // Part above that of mismatches on repeated texture.
-constexpr double kMany = 0.25;
+constexpr double kMinNegativeShare = 0.25;
 constexpr double kRowsApart_px = 1.0;
 // Larger yaw errors are not those of a calibration: more negative disparities mean exchanged views.
 constexpr double kMaxYaw_rad = 0.0087;  // Half a degree.
 // Of patches with texture: at least a quarter match in good pairs, one in thirty by chance.
-constexpr int kManyPatches = 32;  // Half of all.
-constexpr double kHardlyAny = 0.1;
+constexpr int kMinSearchedPatches = 32;  // Half of all.
+constexpr double kMaxUnrelatedShare = 0.1;
 
 }  // namespace
 
@@ -84,19 +84,20 @@ void InputMonitor::sample(const StereoFrame& frame) noexcept {
 void InputMonitor::assess(const SyncReport& report, double focal_px) noexcept {
   set(InputFault::kViewsOutOfStep,
       report.verdict == SyncVerdict::kRightLate || report.verdict == SyncVerdict::kRightEarly);
-  if (report.searched >= kManyPatches) {
-    vote(InputFault::kViewsUnrelated, report.matches < kHardlyAny * report.searched);
+  if (report.searched >= kMinSearchedPatches) {
+    vote(InputFault::kViewsUnrelated, report.matches < kMaxUnrelatedShare * report.searched);
   }
   if (report.matches < kMinMatches) {
     return;
   }
   const double all = report.matches;
   const int shifted = report.in_front + report.beyond_infinity;
-  vote(InputFault::kNoParallax, shifted < (1.0 - kNearlyAll) * all);
-  const bool exchanged = report.beyond_infinity >= kMinMatches && report.beyond_infinity > kNearlyAll * shifted &&
+  vote(InputFault::kNoParallax, shifted < (1.0 - kMinAgreeingShare) * all);
+  const bool exchanged = report.beyond_infinity >= kMinMatches &&
+                         report.beyond_infinity > kMinAgreeingShare * shifted &&
                          report.disparity_px < -kMaxYaw_rad * focal_px;
   vote(InputFault::kViewsExchanged, exchanged);
-  vote(InputFault::kBeyondInfinity, !exchanged && report.beyond_infinity > kMany * all);
+  vote(InputFault::kBeyondInfinity, !exchanged && report.beyond_infinity > kMinNegativeShare * all);
   // Rows also differ if a view is late.
   if (report.latest == SyncVerdict::kInStep || report.latest == SyncVerdict::kUnknown) {
     vote(InputFault::kRowsApart, report.residual_px > kRowsApart_px);

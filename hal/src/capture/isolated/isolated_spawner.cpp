@@ -51,7 +51,7 @@ void detach(int kept_descriptor) {
   }
 }
 
-void serve_orders(const CaptureBackendEntry& backend, const PacketSocket& orders) {
+void serve_fork_requests(const CaptureBackendEntry& backend, const PacketSocket& orders) {
   std::byte order{};
   for (;;) {
     auto got = orders.receive(std::span(&order, 1), kLong);
@@ -110,7 +110,7 @@ Result<std::shared_ptr<IsolatedSpawner>> IsolatedSpawner::start(const CaptureBac
   if (process == 0) {
     detach(ends->second.fd());
     constexpr int kSocket = 3;
-    serve_orders(backend, PacketSocket(OwnedFd(kSocket)));
+    serve_fork_requests(backend, PacketSocket(OwnedFd(kSocket)));
     _exit(0);
   }
   return std::make_shared<IsolatedSpawner>(std::move(ends->first), process);

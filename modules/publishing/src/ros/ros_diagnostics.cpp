@@ -56,10 +56,10 @@ diagnostic_msgs_msg_dds__DiagnosticArray_ RosDiagnostics::fill(const PublishedHe
   status.name = ros_text("kinetrace");
   status.message = ros_text(to_string(health.state).data());
   status.hardware_id = ros_text(device);
-  show(status.values, std::span(storage_->values).first(count_));
+  refer_to(status.values, std::span(storage_->values).first(count_));
   diagnostic_msgs_msg_dds__DiagnosticArray_ message{};
   message.header = header;
-  show(message.status, {&status, 1});
+  refer_to(message.status, {&status, 1});
   return message;
 }
 

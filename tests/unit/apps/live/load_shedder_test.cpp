@@ -74,9 +74,9 @@ TEST(LoadShedder, ReturnsLevelByLevelWhenThereIsTime) {
   frames_until_change(shedder, kLate_ms);
   frames_until_change(shedder, kLate_ms);
   EXPECT_EQ(frames_until_change(shedder, kInTime_ms, 500), 501) << "in time, but not with room for more";
-  EXPECT_EQ(frames_until_change(shedder, kEasy_ms), LoadShedder::kEasyFrames);
+  EXPECT_EQ(frames_until_change(shedder, kEasy_ms), LoadShedder::kRecoveryFrames);
   EXPECT_EQ(shedder.level(), 1);
-  EXPECT_EQ(frames_until_change(shedder, kEasy_ms), LoadShedder::kEasyFrames);
+  EXPECT_EQ(frames_until_change(shedder, kEasy_ms), LoadShedder::kRecoveryFrames);
   EXPECT_EQ(shedder.level(), 0);
 }
 
@@ -86,7 +86,7 @@ TEST(LoadShedder, AReturnThatProvesWrongIsTriedLessAndLessOften) {
   int last = 0;
   for (const int times : {1, 2, 4, 8, 16, 16}) {
     last = frames_until_change(shedder, kEasy_ms);
-    EXPECT_EQ(last, times * LoadShedder::kEasyFrames);
+    EXPECT_EQ(last, times * LoadShedder::kRecoveryFrames);
     EXPECT_EQ(shedder.level(), 0);
     frames_until_change(shedder, kLate_ms);
     EXPECT_EQ(shedder.level(), 1);
