@@ -118,6 +118,10 @@ class LiveMap : public ::testing::Test {
                                           "rt/diagnostics", DDS_DATA_REPRESENTATION_XCDR1};
 };
 
+double sigma_of(const NavSatFix& fix) {
+  return std::sqrt(fix.position_covariance[0] + fix.position_covariance[4] + fix.position_covariance[8]);
+}
+
 std::vector<json> lines_of(const std::string& text) {
   std::vector<json> lines;
   std::istringstream in(text);
@@ -137,21 +141,24 @@ TEST_F(LiveMap, PublishesWhereCameraAndObjectsAreOnceTheAlignmentIsDetermined) {
   int cameras = 0;
   int cars = 0;
   int joins = 0;
+  double error_m = 0.0;
+  double sigma_m = 0.0;
   play(geo::test::town(), [&] {
     constexpr std::chrono::milliseconds kNow(0);
     for (const NavSatFix* fix = camera_.next(kNow); fix != nullptr; fix = camera_.next(kNow), ++cameras) {
       const auto T_world_cam = pose_at(camera_ns(fix->header.stamp));
       EXPECT_TRUE(T_world_cam) << "stamped as the odometry is";
-      EXPECT_LT((enu_m(*fix) - truth_.T_map_world * T_world_cam->translation).norm(), 0.3);
+      // The first alignments rest on as much of the drive as a busy machine has received by then.
+      error_m = (enu_m(*fix) - truth_.T_map_world * T_world_cam->translation).norm();
+      sigma_m = sigma_of(*fix);
+      EXPECT_LT(error_m, 4.0 * sigma_m);
       EXPECT_STREQ(fix->header.frame_id, "camera_link");
       EXPECT_EQ(fix->position_covariance_type, 3);
-      EXPECT_GT(fix->position_covariance[0], 0.0);
-      EXPECT_LT(fix->position_covariance[0], 0.1);
     }
     for (const NavSatFix* fix = objects_.next(kNow); fix != nullptr; fix = objects_.next(kNow), ++cars) {
       const auto T_world_cam = pose_at(camera_ns(fix->header.stamp));
       EXPECT_TRUE(T_world_cam);
-      EXPECT_LT((enu_m(*fix) - truth_.T_map_world * (*T_world_cam * kCar_cam)).norm(), 0.5);
+      EXPECT_LT((enu_m(*fix) - truth_.T_map_world * (*T_world_cam * kCar_cam)).norm(), 4.0 * sigma_of(*fix));
       EXPECT_STREQ(fix->header.frame_id, "object_1") << "not the lost one";
       EXPECT_GT(fix->position_covariance[0], 0.01) << "as unsure as its box, too";
     }
@@ -173,6 +180,8 @@ TEST_F(LiveMap, PublishesWhereCameraAndObjectsAreOnceTheAlignmentIsDetermined) {
   const ProgramResult result = program.wait();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_GT(cameras, 20);
+  EXPECT_LT(error_m, 0.1) << "of the newest";
+  EXPECT_LT(sigma_m, 0.3);
   EXPECT_GT(cars, 20);
   EXPECT_GT(joins, 20);
   const std::vector<json> lines = lines_of(result.out);
