@@ -29,7 +29,7 @@ namespace kinetrace::pipeline {
 
 struct MemoryConfig {
   double budget_mib = 0.0;      ///< Of the whole process at its peak; a larger plan is refused. 0: what the plan needs.
-  double libraries_mib = 20.0;  ///< Set aside for code and libraries.
+  double libraries_mib = 21.0;  ///< Set aside for code and libraries.
 };
 
 /// Reconstruction of objects from tracks.
