@@ -38,17 +38,17 @@ void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity)
   objects::MotionStart start{.timestamp_ns = life_.timestamp_ns,
                              .pose = {T_world_obj, life_.covariance},
                              .velocity = velocity,
-                             .moving = identity_.moving};
+                             .moving_probability = identity_.moving_probability};
   start.pose.covariance.diagonal().head<3>().array() += kPathSigma_rad * kPathSigma_rad;
   start.pose.covariance.diagonal().tail<3>().array() += kPathSigma_m * kPathSigma_m;
   // A slower turn may be noise of the last poses, and would accumulate while coasting.
   if (velocity.head<3>().norm() <= turn_rate_radps_) {
     start.velocity.head<3>().setZero();
   }
-  start.velocity_covariance =
-      shows_velocity
-          ? motion_.at(0).apparent_covariance
-          : Eigen::Matrix3d(objects::kUnknownSpeed_mps * objects::kUnknownSpeed_mps * Eigen::Matrix3d::Identity());
+  start.velocity_covariance = shows_velocity
+                                  ? motion_.at(0).apparent_covariance
+                                  : Eigen::Matrix3d(objects::kUnknownVelocitySigma_mps *
+                                                    objects::kUnknownVelocitySigma_mps * Eigen::Matrix3d::Identity());
   identity_.filter.start(start);
 }
 
@@ -64,9 +64,10 @@ void ObjectState::weigh_motion() noexcept {
   const trajectory::MotionEstimate& motion = is_lately_surer ? lately : now_seen;
   const double evidence = std::clamp(objects::moving_evidence(motion.velocity_mps, motion.apparent_covariance),
                                      -kMaxEvidence, kMaxEvidence);
-  const double before = log_odds(identity_.filter.initialised() ? identity_.filter.moving() : identity_.moving);
+  const double before =
+      log_odds(identity_.filter.initialised() ? identity_.filter.moving_probability() : identity_.moving_probability);
   const double now = before + std::min(frame_.interval_s / kEvidenceTime_s, 1.0) * (evidence - before);
-  identity_.moving = 1.0 / (1.0 + std::exp(-now));
+  identity_.moving_probability = 1.0 / (1.0 + std::exp(-now));
 }
 
 void ObjectState::follow(const StereoObservation& observation, const CameraState& camera) {
@@ -142,7 +143,7 @@ ObjectState::Fix ObjectState::measure_place(const StereoObservation& observation
 
 void ObjectState::measure_motion(const StereoObservation& observation, const CameraState& camera) {
   // Features on a mostly occluded object may lie on the occluder: they count only while moving or rest is undecided.
-  const bool is_known_to_go_on = std::abs(identity_.filter.moving() - 0.5) > 0.5 - kUndecided;
+  const bool is_known_to_go_on = std::abs(identity_.filter.moving_probability() - 0.5) > 0.5 - kUndecided;
   if (!rigid() || (mostly_occluded() && is_known_to_go_on) || !camera.T_world_cam_before ||
       observation.motion.features < config_.stereo_only_min_features) {
     return;

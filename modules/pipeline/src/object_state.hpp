@@ -131,7 +131,7 @@ class ObjectState {
     bool has_moved = false;      ///< Has been found moving.
     /// Probability of moving, by the path of its reconstruction. Before there is one the object is rather followed as
     /// moving: a filter at rest would lag behind.
-    double moving = 0.95;
+    double moving_probability = 0.95;
     objects::MotionFilter filter;
     Se3 T_world_obj;
     /// Drift of its frame on its points before the present reconstruction, and error of the guess that it began with:
