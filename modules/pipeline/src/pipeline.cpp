@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "camera/camera_tracker.hpp"
-#include "camera/jump_watch.hpp"
+#include "camera/cut_detector.hpp"
 #include "camera/rig_calibrator.hpp"
 #include "feature_prediction.hpp"
 #include "fixed_lag_results.hpp"
@@ -36,7 +36,7 @@ features::FeatureFrontEnd::PredictedMasks predicted_masks(const TrackFrame& trac
 /// Motion of the camera since the previous frame.
 struct EgoMotion {
   Se3 T_prev_cam;
-  bool jumped = false;  ///< There is a cut between the two frames.
+  bool is_cut = false;  ///< There is a cut between the two frames.
 };
 
 }  // namespace
@@ -56,7 +56,7 @@ struct Pipeline::Impl {
   FixedLagResults results;
   FrameResultBuilder output;
   FrameScratch scratch;
-  JumpWatch jump_watch;
+  CutDetector cut_detector;
   std::span<const Feature> previous_features{};
 
   // The stages of a frame.
@@ -136,7 +136,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
                .output = FrameResultBuilder(c, arena),
                .scratch = FrameScratch(c, arena),
                // All tracks would be forgotten by then.
-               .jump_watch = JumpWatch(c.tracking.max_missed_s + c.tracking.max_unseen_s)});
+               .cut_detector = CutDetector(c.tracking.max_missed_s + c.tracking.max_unseen_s)});
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
   }
@@ -179,7 +179,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& given, StageOb
   if (const Status refined = self.refine(*frame, observer); !refined) {
     return Unexpected(refined.error());
   }
-  self.rig.observe(*frame, self.camera, ego.jumped);
+  self.rig.observe(*frame, self.camera, ego.is_cut);
   self.conclude(pair, *tracks, observer);
   return &self.output.result();
 }
@@ -220,15 +220,15 @@ Result<FeatureFrame> Pipeline::Impl::track_features(std::int64_t timestamp_ns, S
 
 EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver* observer) {
   const StageScope stage(observer, Stage::kEgoMotion);
-  const bool jumped = jump_watch.has_jumped(frame, previous_features.size(), front_end);
-  EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), jumped), jumped};
+  const bool is_cut = cut_detector.is_cut(frame, previous_features.size(), front_end);
+  EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), is_cut), is_cut};
   if (rig.must_restart() || front_end.row_search_began()) {
     camera.restart_map();
   }
   if (rig.must_restart_paths()) {
     objects.restart_paths();
   }
-  if (jumped) {
+  if (is_cut) {
     end_tracks();
     ground.reset();
   }
@@ -254,7 +254,7 @@ Result<DetectionFrame> Pipeline::Impl::segment(const RectifiedPair& pair, const 
                              .features = frame.features,
                              .ego_valid = intake.frames() > 0 && camera.tracked(),
                              .T_prev_cam = ego.T_prev_cam,
-                             .jumped = ego.jumped});
+                             .jumped = ego.is_cut});
 }
 
 Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detections, const FeatureFrame& frame,

@@ -99,11 +99,11 @@ void RigCalibrator::describe(CameraState& camera) const {
   camera.background_disparity_px = background_disparity_px_;
 }
 
-void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped) {
+void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& camera, bool is_cut) {
   if (!refiner_) {
     return;
   }
-  if (jumped || !camera.tracked()) {
+  if (is_cut || !camera.tracked()) {
     refiner_->forget_scene();
     return;
   }
