@@ -204,7 +204,7 @@ bool ObjectState::at_rest() const noexcept {
 
 void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {
   const bool is_first = life_.frames++ == 0;
-  if (track.missed_frames == 0 && life_.track.missed_ns > tracking::kCarriedByFeatures_ns) {
+  if (track.missed_frames == 0 && life_.track.missed_ns > tracking::kMaxFeatureGap_ns) {
     life_.provisional = true;
   }
   frame_ = Frame{};
