@@ -72,13 +72,13 @@ struct Pipeline::Impl {
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer);
   /// The track in this slot was detected where its object cannot be.
   void split(std::uint8_t slot);
-  /// Lists the slots of the tracks that `which` selects in scratch.slots.
-  template <typename Which>
-  void list_slots(const Which& which);
+  /// Lists the slots of the tracks that `predicate` selects in scratch.slots.
+  template <typename Predicate>
+  void list_slots(const Predicate& predicate);
   Status refine(const FeatureFrame& frame, StageObserver* observer);
   void conclude(const RectifiedPair& pair, const TrackFrame& tracks, StageObserver* observer);
   /// State of this frame, with the uncertainty of the calibration.
-  [[nodiscard]] CameraState camera_now() const;
+  [[nodiscard]] CameraState camera_state() const;
 
   /// After a cut: all tracks end with this frame.
   void end_tracks();
@@ -153,11 +153,11 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& given, StageOb
   if (const Status valid = self.intake.check(given); !valid) {
     return Unexpected(valid.error());
   }
-  const Result<RectifiedPair> taken = self.take_in(given, observer);
-  if (!taken) {
-    return Unexpected(taken.error());
+  const Result<RectifiedPair> corrected = self.take_in(given, observer);
+  if (!corrected) {
+    return Unexpected(corrected.error());
   }
-  const RectifiedPair& pair = *taken;
+  const RectifiedPair& pair = *corrected;
   const Result<FeatureFrame> tracked = self.track_features(pair.timestamp_ns, observer);
   if (!tracked) {
     return Unexpected(tracked.error());
@@ -235,9 +235,9 @@ EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver
   return ego;
 }
 
-CameraState Pipeline::Impl::camera_now() const {
+CameraState Pipeline::Impl::camera_state() const {
   CameraState now = camera.state(0);
-  rig.describe(now);
+  rig.add_uncertainty(now);
   return now;
 }
 
@@ -260,7 +260,7 @@ Result<DetectionFrame> Pipeline::Impl::segment(const RectifiedPair& pair, const 
 Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detections, const FeatureFrame& frame,
                                                  std::int64_t timestamp_ns, StageObserver* observer) {
   const StageScope stage(observer, Stage::kTrackObjects);
-  objects.prediction(timestamp_ns, camera.background().estimate().T_body_cam, scratch.object_predictions);
+  objects.predict(timestamp_ns, camera.background().estimate().T_body_cam, scratch.object_predictions);
   Result<TrackFrame> tracks = tracker.process(timestamp_ns, detections, frame.features, scratch.object_predictions);
   if (tracks) {
     objects.take_tracks(*tracks);
@@ -281,17 +281,17 @@ Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageOb
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);
-  const CameraState now = camera_now();
+  const CameraState now = camera_state();
   const auto observe = [&](std::uint8_t slot) {
     return objects.observe(tracker.track_in(slot), frame, tracks.left_labels, now, front_end);
   };
-  list_slots([&](const Track& track) { return !objects.is_unplaced(track); });
+  list_slots([&](const Track& track) { return !objects.is_detected_without_position(track); });
   for (const std::uint8_t slot : scratch.slots) {
     if (!observe(slot)) {
       split(slot);
     }
   }
-  list_slots([&](const Track& track) { return objects.is_unplaced(track); });
+  list_slots([&](const Track& track) { return objects.is_detected_without_position(track); });
   for (const ReidentifiedObject& found : objects.reidentify(tracker.tracks(), frame, tracks.left_labels, now)) {
     tracker.merge_tracks(found.earlier_slot, found.slot);
     results.move_slot(found.track_id, found.slot);
@@ -308,19 +308,19 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
 
 void Pipeline::Impl::split(std::uint8_t slot) {
   const Track track = objects.slots()[slot].track_before();
-  if (const std::optional<std::uint8_t> waiting = tracker.split_track(slot, track)) {
-    objects.split(tracker.track_in(slot), tracker.track_in(*waiting));
-    results.move_slot(track.id, *waiting);
+  if (const std::optional<std::uint8_t> dormant = tracker.split_track(slot, track)) {
+    objects.split(tracker.track_in(slot), tracker.track_in(*dormant));
+    results.move_slot(track.id, *dormant);
   } else {
     tracker.terminate(slot);
   }
 }
 
-template <typename Which>
-void Pipeline::Impl::list_slots(const Which& which) {
+template <typename Predicate>
+void Pipeline::Impl::list_slots(const Predicate& predicate) {
   scratch.slots.clear();
   for (const Track& track : tracker.tracks()) {
-    if (which(track)) {
+    if (predicate(track)) {
       (void)scratch.slots.push_back(track.slot);  // as many places as slots
     }
   }
@@ -335,7 +335,7 @@ Status Pipeline::Impl::refine(const FeatureFrame& frame, StageObserver* observer
     return refined;
   }
   camera.background().conclude(bodies[0].summary);
-  const CameraState now = camera_now();
+  const CameraState now = camera_state();
   if (now.valid) {
     ground.update(camera.background().estimate().points, now.T_world_cam);
   }

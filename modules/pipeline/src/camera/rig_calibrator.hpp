@@ -35,7 +35,7 @@ class RigCalibrator {
   void observe(const FeatureFrame& frame, const CameraTracker& camera, bool is_cut);
 
   /// Adds the uncertainty of the calibration to `camera`.
-  void describe(CameraState& camera) const;
+  void add_uncertainty(CameraState& camera) const;
   [[nodiscard]] RigEstimate estimate() const { return refiner_ ? refiner_->estimate() : RigEstimate{}; }
 
  private:
