@@ -48,7 +48,8 @@ std::optional<trajectory::MaskEdges> ObjectState::mask_edges() const {
   trajectory::MaskEdges edges{{box.x0 - 0.5, box.x1 - 0.5, box.y0 - 0.5, box.y1 - 0.5}, {}};
   for (std::size_t side = 0; side < at_border.size(); ++side) {
     const int extent_px = side < 2 ? box.width() : box.height();
-    edges.beyond_px[side] = at_border[side] ? std::numeric_limits<double>::infinity() : occluded_fraction * extent_px;
+    edges.beyond_sigma_px[side] =
+        at_border[side] ? std::numeric_limits<double>::infinity() : occluded_fraction * extent_px;
   }
   return edges;
 }
@@ -68,7 +69,7 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
                              .points = body_.active() ? body_.estimate().points : std::span<const BodyPoint>(),
                              .disparity_sigma_px = kPointDisparitySigma_px,
                              .ground = ground,
-                             .turns_are_seen = life_.status == BodyStatus::kTracked,
+                             .is_rotation_measured = life_.status == BodyStatus::kTracked,
                              .heading = heading(ground.down)};
   const BodyPoint visible_center{.position_m = (-identity_.to_origin_m).cast<float>()};
   if (frame.points.empty()) {
