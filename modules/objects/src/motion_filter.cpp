@@ -10,7 +10,7 @@
 #include <Eigen/LU>
 
 #include "kinetrace/core/body_velocity.hpp"
-#include "kinetrace/objects/rest_evidence.hpp"
+#include "kinetrace/core/median.hpp"
 
 namespace kinetrace::objects {
 namespace {
@@ -19,17 +19,10 @@ namespace {
 constexpr double kRestDrift_m = 0.02;
 /// Mean dwell times: at rest, mostly parked, and moving, until a stop in traffic.
 constexpr std::array<double, 2> kDwell_s{200.0, 20.0};
-/// Correlation time of measurement errors: the measurements of this time together count once for the model
-/// probabilities.
-constexpr double kErrorCorrelation_s = 0.5;
 /// A fitted velocity is that of the middle of its path, this long ago.
 constexpr double kVelocityLag_s = 0.3;
-/// 99.9 % of chi-square with two and three degrees of freedom.
-constexpr double kGate2 = 13.8;
-constexpr double kGate3 = 16.3;
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
 constexpr int kIterations = 3;
-constexpr double kMinDepth_m = 0.1;
 /// Errors of the points of one object are correlated: more features do not improve their median.
 constexpr int kMaxIndependentFeatures = 4;
 constexpr double kMinProbability = 1e-6;
@@ -78,7 +71,7 @@ std::optional<Observation<N>> observe_point(const Eigen::Matrix<double, N, 1>& m
                                             const Vector6d& state) {
   const Se3 T_cam_world = T_world_cam.inverse();
   const Eigen::Vector3d p_cam = T_cam_world * (state.head<3>() - to_origin_m);
-  if (!(p_cam.z() > kMinDepth_m)) {
+  if (!(p_cam.z() > kMinProjectionDepth_m)) {
     return std::nullopt;
   }
   const Projection predicted = project(geometry, p_cam);
@@ -112,7 +105,7 @@ std::optional<Observation<2>> observe(const ImageMotion& measured, double sigma_
   const Eigen::Vector3d now_m = T_world_cam * Eigen::Vector3d(depth_m * ray);
   const Eigen::Vector3d before_m =
       measured.T_world_cam_before.inverse() * (now_m - measured.interval_s * state.tail<3>());
-  if (!(depth_m > kMinDepth_m) || !(before_m.z() > kMinDepth_m)) {
+  if (!(depth_m > kMinProjectionDepth_m) || !(before_m.z() > kMinProjectionDepth_m)) {
     return std::nullopt;
   }
   const Projection predicted = project(geometry, before_m);
@@ -158,7 +151,7 @@ void MotionFilter::start(const MotionStart& start) noexcept {
     model.covariance.topLeftCorner<3, 3>() = start.pose.covariance.bottomRightCorner<3, 3>();
   }
   model_[kStationary].velocity_mps.setZero();
-  model_[kStationary].covariance.diagonal().tail<3>().setConstant(kRestSpeed_mps * kRestSpeed_mps);
+  model_[kStationary].covariance.diagonal().tail<3>().setConstant(kRestSpeedSigma_mps * kRestSpeedSigma_mps);
   model_[kStationary].probability = 1.0 - start.moving_probability;
   const Eigen::Matrix3d prior_covariance =
       kVelocityPriorSigma_mps * kVelocityPriorSigma_mps * Eigen::Matrix3d::Identity();
@@ -237,7 +230,7 @@ void MotionFilter::propagate(Models& models, double interval_s) const noexcept {
   stationary.covariance.setZero();
   stationary.covariance.topLeftCorner<3, 3>() =
       position_covariance + kRestDrift_m * kRestDrift_m * interval_s * Eigen::Matrix3d::Identity();
-  stationary.covariance.diagonal().tail<3>().setConstant(kRestSpeed_mps * kRestSpeed_mps);
+  stationary.covariance.diagonal().tail<3>().setConstant(kRestSpeedSigma_mps * kRestSpeedSigma_mps);
 }
 
 void MotionFilter::predict(std::int64_t timestamp_ns) noexcept {
@@ -301,6 +294,7 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
   const auto observed_at = [&](const Vector6d& state) {
     return observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
   };
+  // Measurements within the correlation time of their errors count once for the model probabilities.
   const double weight = std::min(interval_s_ / kErrorCorrelation_s, 1.0);
   std::array<double, 2> log_density{};
   std::array<bool, 2> passes_gate{};
@@ -340,7 +334,7 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
 }
 
 bool MotionFilter::update(const StereoPosition& measured, const Se3& T_world_cam) noexcept {
-  return initialised_ && is_measured(measured) && update_models(measured, T_world_cam, kGate3);
+  return initialised_ && is_measured(measured) && update_models(measured, T_world_cam, kChiSquareGate3);
 }
 
 bool MotionFilter::update(const Bearing& measured, const Se3& T_world_cam) noexcept {
@@ -349,7 +343,7 @@ bool MotionFilter::update(const Bearing& measured, const Se3& T_world_cam) noexc
 
 bool MotionFilter::update(const ImageMotion& measured, const Se3& T_world_cam) noexcept {
   return initialised_ && measured.features > 0 && measured.interval_s > 0.0 &&
-         update_models(measured, T_world_cam, kGate2);
+         update_models(measured, T_world_cam, kChiSquareGate2);
 }
 
 std::optional<double> MotionFilter::log_likelihood(const StereoPosition& measured, double body_volume_px3,
@@ -380,7 +374,7 @@ bool MotionFilter::accepts(const StereoPosition& measured, const Se3& T_world_ca
            Vector6d state;
            state << model.pose.translation, model.velocity_mps;
            const auto observation = observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
-           return observation && innovation_of(*observation, model.covariance).nis <= kGate3;
+           return observation && innovation_of(*observation, model.covariance).nis <= kChiSquareGate3;
          });
 }
 

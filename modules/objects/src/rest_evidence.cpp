@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/body_velocity.hpp"
+
 namespace kinetrace::objects {
 namespace {
 
@@ -20,7 +22,7 @@ double log_density(const Eigen::Vector3d& value, const Eigen::Matrix3d& covarian
 }  // namespace
 
 double moving_evidence(const Eigen::Vector3d& velocity_mps, const Eigen::Matrix3d& covariance) noexcept {
-  const double at_rest = log_density(velocity_mps, covariance, kRestSpeed_mps);
+  const double at_rest = log_density(velocity_mps, covariance, kRestSpeedSigma_mps);
   double ratio = 0.0;
   for (const double speed_mps : kSpeedSigmas_mps) {
     ratio += std::exp(log_density(velocity_mps, covariance, speed_mps) - at_rest) / kSpeedSigmas_mps.size();

@@ -188,7 +188,7 @@ void ObjectState::restart_at_observation(const StereoObservation& observation, c
 objects::Bearing ObjectState::mask_bearing() const {
   const PixelBox& box = life_.track.box_px;
   const double depth_m = life_.T_obj_cam.inverse().translation.z();
-  return {.uv_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
+  return {.uv_px = {box.center_x(), box.center_y()},
           .to_origin_m = is_rigid() ? Eigen::Vector3d(identity_.T_world_obj.rotation * identity_.to_origin_m)
                                     : Eigen::Vector3d::Zero(),  // an outline's origin is its centre
           .extent_sigma_m = std::max(extent_sigma_m(std::max(depth_m, 0.0)), identity_.width_m)};

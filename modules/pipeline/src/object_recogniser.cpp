@@ -40,7 +40,7 @@ Eigen::Vector3d displacement_of(const features::RecognisedPoint& point, const Se
 
 /// Weight of a shift in depth against a lateral one: stereo noise may exceed the consensus radius.
 double depth_weight(double depth_m, double radius_m, const StereoGeometry& geometry) {
-  const double sigma_m = kDisparitySigma_px * depth_m * depth_m / (geometry.fx_px * geometry.baseline_m);
+  const double sigma_m = geometry.depth_sigma_m(depth_m, kDisparitySigma_px);
   return radius_m / std::hypot(radius_m, 2.0 * sigma_m);
 }
 

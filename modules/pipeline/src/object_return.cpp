@@ -47,7 +47,7 @@ bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed
 }
 
 double ObjectState::depth_sigma_m(double depth_m) const {
-  return kObservedDisparitySigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
+  return geometry_.depth_sigma_m(depth_m, kObservedDisparitySigma_px);
 }
 
 std::optional<double> ObjectState::position_evidence(const StereoObservation& observation, const Track& redetected,
@@ -88,7 +88,7 @@ std::optional<double> ObjectState::bearing_evidence(const Track& redetected, con
 
 bool ObjectState::is_reentry_candidate(const Track& redetected, const CameraState& camera) const {
   const PixelBox& box = redetected.box_px;
-  const bool at_border = box.x0 <= 0 || box.y0 <= 0 || box.x1 >= geometry_.width_px || box.y1 >= geometry_.height_px;
+  const bool at_border = box.touches_border(geometry_.width_px, geometry_.height_px);
   if (!life_.has_position || !at_border || redetected.age_ns > kMaxReentryAge_ns ||
       !is_reid_candidate(redetected, kMissedHidden_ns)) {
     return false;

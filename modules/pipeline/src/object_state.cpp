@@ -17,7 +17,6 @@ constexpr double kMaxRestSpeed_mps = 0.4;
 constexpr double kRestSigmas = 2.0;
 constexpr double kAreaDecay = 0.97;  // Decay of the recent area in a tenth of a second.
 constexpr double kAreaDecayTime_s = 0.1;
-constexpr double kMinDepth_m = 0.1;
 constexpr double kNominalDistance_m = 1000.0;  // Nominal: the distance is unknown.
 // Disparity errors of one surface are correlated, and change as it comes nearer. Without a reconstruction the measured
 // point is the centre of the visible part, which drifts as the object turns and is occluded.
@@ -110,7 +109,7 @@ tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, co
   const Eigen::Vector3d p_cam = T_world_cam.inverse() * expected.T_world_obj.translation;
   tracking::ObjectPrediction prediction{true, geometry_.project(p_cam).head<2>(), p_cam.z()};
   const double visible_center_z_m = (T_world_cam.inverse() * (expected.T_world_obj * -identity_.to_origin_m)).z();
-  if (visible_center_z_m > kMinDepth_m) {
+  if (visible_center_z_m > kMinProjectionDepth_m) {
     const Eigen::Vector3d forward = T_world_cam.rotation.col(2);
     prediction.disparity_px = geometry_.disparity_px(visible_center_z_m);
     prediction.disparity_sigma_px = prediction.disparity_px / visible_center_z_m *
@@ -132,7 +131,7 @@ void ObjectState::record_direction(const CameraState& camera) {
     return;
   }
   const PixelBox& box = life_.track.box_px;
-  const Eigen::Vector3d ray(0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1), 1.0);
+  const Eigen::Vector3d ray(box.center_x(), box.center_y(), 1.0);
   life_.direction_world =
       camera.T_world_cam.rotation *
       Eigen::Vector3d((ray.x() - geometry_.cx_px) / geometry_.fx_px, (ray.y() - geometry_.cy_px) / geometry_.fy_px, 1.0)

@@ -150,7 +150,7 @@ double mean_column(LabelView labels, const PixelBox& box, std::uint8_t label) {
       count += own;
     }
   }
-  return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.5 * (box.x0 + box.x1 - 1);
+  return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : box.center_x();
 }
 
 }  // namespace kinetrace::pipeline

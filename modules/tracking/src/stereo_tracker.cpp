@@ -38,10 +38,7 @@ PixelBox shifted_to_contain(const PixelBox& seen, const PixelBox& predicted) noe
 
 /// Prediction for a track without one: the direction of its box, should it never get a position.
 ObjectPrediction direction_of(const PixelBox& box) noexcept {
-  return {.known = true,
-          .point_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
-          .depth_m = 0.0,
-          .direction_only = true};
+  return {.known = true, .point_px = {box.center_x(), box.center_y()}, .depth_m = 0.0, .direction_only = true};
 }
 
 }  // namespace
@@ -218,15 +215,11 @@ void StereoTracker::accept_match(TrackInstance& instance, const Detection& detec
 // match, corrects the motion used for the next prediction.
 void StereoTracker::correct_motion(TrackInstance& instance, const Detection& detection) const noexcept {
   const PixelBox& predicted = instance.overlap.box_px;
-  const auto touches_border = [&](const PixelBox& box) {
-    return box.x0 <= 0 || box.y0 <= 0 || box.x1 >= width_px_ || box.y1 >= height_px_;
-  };
-  if (predicted.empty() || !is_unoccluded(instance) || touches_border(predicted) || touches_border(detection.box_px)) {
+  if (predicted.empty() || !is_unoccluded(instance) || predicted.touches_border(width_px_, height_px_) ||
+      detection.box_px.touches_border(width_px_, height_px_)) {
     return;
   }
-  const auto center = [](const PixelBox& box) {
-    return Eigen::Vector2d(0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1));
-  };
+  const auto center = [](const PixelBox& box) { return Eigen::Vector2d(box.center_x(), box.center_y()); };
   const double frames = instance.track.missed_frames + 1.0;
   const double area_ratio = static_cast<double>(detection.area_px) / instance.overlap.area_px;
   const double scale = std::clamp(std::pow(area_ratio, 0.5 / frames), 1.0 / kMaxGrowth, kMaxGrowth);

@@ -91,7 +91,7 @@ void BoxEstimator::keep_view(const BoxFrame& frame) noexcept {
     }
   }
   depth_m /= std::max<double>(static_cast<double>(view.point_count), 1.0);
-  view.depth_sigma_m = frame.disparity_sigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
+  view.depth_sigma_m = geometry_.depth_sigma_m(depth_m, frame.disparity_sigma_px);
 }
 
 const KindOfObject& BoxEstimator::most_likely_kind(const BoxFrame& frame) const noexcept {

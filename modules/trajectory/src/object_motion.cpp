@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/stereo_geometry.hpp"
 #include "velocity_fit.hpp"
 
 namespace kinetrace::trajectory {
@@ -18,7 +19,6 @@ constexpr double kMaxSampleAge_s = 2.0;
 constexpr double kPositionFloor_m = 0.01;
 constexpr double kVelocityFloor_mps = 0.05;
 constexpr double kStopRatio = 0.5;
-constexpr double kErrorCorrelationTime_s = 0.5;  // Of MotionSample::correlated_covariance, at least.
 
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
@@ -113,7 +113,7 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   const VelocityFit fit = fit_velocity(std::span<const PathPoint>(path).first(count));
   estimate.covariance = fit.covariance + kVelocityFloor_mps * kVelocityFloor_mps * Eigen::Matrix3d::Identity();
   estimate.yaw_rate_rad_s = turn.rad_s();
-  const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelationTime_s);
+  const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelation_s);
   estimate.covariance += correlated_covariance / (correlation_s * correlation_s);
   estimate.apparent_covariance = estimate.covariance;
   estimate.covariance += disparity_sigma_px_ * disparity_sigma_px_ * center.covariance_per_disparity;

@@ -19,9 +19,8 @@ constexpr double kHuber = 4.1;
 // Lower bounds of a pose's standard deviations: its covariance omits the correlated errors of the reconstruction.
 constexpr double kRotationFloor_rad = 5e-4;
 constexpr double kPositionFloor_m = 2e-3;
-// Standard deviations of the apparent velocity of an object at rest.
-constexpr double kRestSpeed_mps = 0.05;
-constexpr double kRestTurn_rad_s = 0.01;
+// Standard deviation of the apparent turn rate of an object at rest.
+constexpr double kRestTurnSigma_radps = 0.01;
 constexpr double kMinStep_s = 1e-4;
 
 double seconds(const PathNode& from, const PathNode& to) {
@@ -97,7 +96,7 @@ void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::siz
 void TrajectorySmoother::add_rest(std::span<const PathNode> path, std::size_t to, std::size_t fixed) noexcept {
   const BodyVelocity velocity = differentiated_velocity(path[to - 1], path[to]);
   Vector6d weight;
-  weight << Eigen::Vector3d::Constant(1.0 / kRestTurn_rad_s), Eigen::Vector3d::Constant(1.0 / kRestSpeed_mps);
+  weight << Eigen::Vector3d::Constant(1.0 / kRestTurnSigma_radps), Eigen::Vector3d::Constant(1.0 / kRestSpeedSigma_mps);
   const Vector6d error = weight.cwiseProduct(velocity.value);
   const Matrix6d by_to = weight.asDiagonal() * velocity.by_to;
   BlockRow& row = rows_[to - fixed];

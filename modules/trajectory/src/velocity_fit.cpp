@@ -4,6 +4,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::trajectory {
 namespace {
 
@@ -11,7 +13,6 @@ constexpr double kSpeedPrior_mps = 50.0;
 constexpr double kAccelerationPrior_mps2 = 20.0;
 // Weight of the given covariance against the residuals' chi-square, in rows.
 constexpr double kPriorDegreesOfFreedom = 3.0;
-constexpr double kAccelerationGate = 16.3;  // 99.9 % of chi-square with three degrees of freedom.
 
 template <int kOrder>
 struct Polynomial {
@@ -72,7 +73,7 @@ VelocityFit fit_velocity(std::span<const PathPoint> points) {
   const Polynomial<1> line = fit<1>(points);
   if (points.size() >= kMinAcceleratedPoints) {
     const Polynomial<2> curve = fit<2>(points);
-    if (line.chi_square - curve.chi_square > kAccelerationGate * curve.variance_factor) {
+    if (line.chi_square - curve.chi_square > kChiSquareGate3 * curve.variance_factor) {
       return {curve.coefficients.segment<3>(3), curve.velocity_covariance};
     }
   }
