@@ -8,6 +8,7 @@
 
 #include "gap_path.hpp"
 #include "kinetrace/core/detections.hpp"
+#include "kinetrace/core/median.hpp"
 
 namespace kinetrace::batch {
 namespace {
@@ -16,9 +17,6 @@ using recording::ObjectRow;
 
 // After a longer occlusion, more than one object may reappear there.
 constexpr double kMaxGap_s = 3.0;
-// Gate for the difference of two sizes, squared, in standard deviations (99.9 % of chi-square with three degrees of
-// freedom).
-constexpr double kSizeGate = 16.3;
 // Rows needed to know the velocity at an end.
 constexpr std::size_t kMinRows = 3;
 
@@ -47,7 +45,7 @@ bool are_alike(const ObjectRow& a, const ObjectRow& b) {
   const Eigen::Vector3d variances = a.box_sigma.size_m.cwiseAbs2() + b.box_sigma.size_m.cwiseAbs2();
   const Eigen::Vector3d apart = a.box.size_m - b.box.size_m;
   const double distance = (apart.array().square() / variances.array().max(1e-4)).sum();
-  return (is_class_open || a.class_id == b.class_id) && distance < kSizeGate;
+  return (is_class_open || a.class_id == b.class_id) && distance < kChiSquareGate3;
 }
 
 struct Candidate {

@@ -5,11 +5,13 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/body_velocity.hpp"
+
 namespace kinetrace::objects {
 namespace {
 
 /// Standard deviations of the speed along each axis, m/s: a slow walk, a fast one, a vehicle in town, on a road.
-constexpr std::array<double, 4> kSpeeds_mps{0.3, 1.0, 3.0, 10.0};
+constexpr std::array<double, 4> kSpeedSigmas_mps{0.3, 1.0, 3.0, 10.0};
 
 /// Log of the normal density, up to a constant.
 double log_density(const Eigen::Vector3d& value, const Eigen::Matrix3d& covariance, double sigma) {
@@ -20,10 +22,10 @@ double log_density(const Eigen::Vector3d& value, const Eigen::Matrix3d& covarian
 }  // namespace
 
 double moving_evidence(const Eigen::Vector3d& velocity_mps, const Eigen::Matrix3d& covariance) noexcept {
-  const double at_rest = log_density(velocity_mps, covariance, kRestSpeed_mps);
+  const double at_rest = log_density(velocity_mps, covariance, kRestSpeedSigma_mps);
   double ratio = 0.0;
-  for (const double speed_mps : kSpeeds_mps) {
-    ratio += std::exp(log_density(velocity_mps, covariance, speed_mps) - at_rest) / kSpeeds_mps.size();
+  for (const double speed_mps : kSpeedSigmas_mps) {
+    ratio += std::exp(log_density(velocity_mps, covariance, speed_mps) - at_rest) / kSpeedSigmas_mps.size();
   }
   return std::log(ratio);
 }

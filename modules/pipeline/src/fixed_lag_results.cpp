@@ -82,7 +82,7 @@ void FixedLagResults::smooth_paths(std::span<ObjectState> objects) {
       ObjectState& object = objects[entry.slot];
       const bool at_rest = object.track().id == track_id && object.at_rest();
       if (const std::optional<PathEnd> end = paths_.smooth(ring_, pending_, track_id, age, at_rest)) {
-        object.learn_motion(end->T_world_obj, end->velocity);
+        object.reinitialise_filter(end->T_world_obj, end->velocity);
       }
     }
   }

@@ -8,10 +8,11 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kPointDisparity_px = 0.1;  // Of a reconstructed point, correlated with its neighbours'.
-constexpr double kMinHeading_rad = 0.035;   // Slip angle of vehicles.
-constexpr double kAxleBehind = 0.28;  // Of the length, from the centre to the rear axle, which moves along the heading.
-constexpr double kTurnRate_radps = 0.1;  // Of the turn rate, standard deviation.
+constexpr double kPointDisparitySigma_px = 0.1;  // Of a reconstructed point, correlated with its neighbours'.
+constexpr double kSlipAngleSigma_rad = 0.035;    // Slip angle of vehicles.
+constexpr double kRearAxleOffset =
+    0.28;  // Of the length, from the centre to the rear axle, which moves along the heading.
+constexpr double kTurnRateSigma_radps = 0.1;  // Of the turn rate, standard deviation.
 
 }  // namespace
 
@@ -24,14 +25,14 @@ std::optional<trajectory::Heading> ObjectState::heading(const Eigen::Vector3d& d
   Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();
   if (box_.known()) {
     const Box3 box = box_.box_in_object();
-    arm_m = box.center_m - kAxleBehind * box.size_m.x() * box.rotation().col(0) - identity_.reference_m;
+    arm_m = box.center_m - kRearAxleOffset * box.size_m.x() * box.rotation().col(0) - identity_.reference_m;
   }
   const Eigen::Vector3d velocity_mps = velocity_at(motion, identity_.T_world_obj.rotation * arm_m);
   const double speed_mps = velocity_mps.norm();
   const Eigen::Vector3d across = down.cross(velocity_mps).normalized();
   const double sigma_mps =
-      std::hypot(std::sqrt(across.dot(motion.covariance * across)), kTurnRate_radps * arm_m.norm());
-  return trajectory::Heading{upright_yaw(down, velocity_mps), std::hypot(kMinHeading_rad, sigma_mps / speed_mps)};
+      std::hypot(std::sqrt(across.dot(motion.covariance * across)), kTurnRateSigma_radps * arm_m.norm());
+  return trajectory::Heading{upright_yaw(down, velocity_mps), std::hypot(kSlipAngleSigma_rad, sigma_mps / speed_mps)};
 }
 
 std::optional<trajectory::MaskEdges> ObjectState::mask_edges() const {
@@ -41,12 +42,14 @@ std::optional<trajectory::MaskEdges> ObjectState::mask_edges() const {
   const PixelBox& box = life_.track.box_px;
   const std::array<bool, 4> at_border{box.x0 <= 1, box.x1 >= geometry_.width_px - 1, box.y0 <= 1,
                                       box.y1 >= geometry_.height_px - 1};
-  const bool is_cut = at_border[0] || at_border[1] || at_border[2] || at_border[3];
-  const double hidden = 1.0 - double{std::min(is_cut ? 1.F : life_.track.visible_part, frame_.visible_fraction)};
+  const bool is_at_border = at_border[0] || at_border[1] || at_border[2] || at_border[3];
+  const double occluded_fraction =
+      1.0 - double{std::min(is_at_border ? 1.F : life_.track.visible_part, frame_.visible_fraction)};
   trajectory::MaskEdges edges{{box.x0 - 0.5, box.x1 - 0.5, box.y0 - 0.5, box.y1 - 0.5}, {}};
   for (std::size_t side = 0; side < at_border.size(); ++side) {
     const int extent_px = side < 2 ? box.width() : box.height();
-    edges.beyond_px[side] = at_border[side] ? std::numeric_limits<double>::infinity() : hidden * extent_px;
+    edges.beyond_sigma_px[side] =
+        at_border[side] ? std::numeric_limits<double>::infinity() : occluded_fraction * extent_px;
   }
   return edges;
 }
@@ -64,23 +67,23 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
                              .T_obj_cam = life_.T_obj_cam,
                              .edges = mask_edges(),
                              .points = body_.active() ? body_.estimate().points : std::span<const BodyPoint>(),
-                             .disparity_sigma_px = kPointDisparity_px,
+                             .disparity_sigma_px = kPointDisparitySigma_px,
                              .ground = ground,
-                             .turns_are_seen = life_.status == BodyStatus::kTracked,
+                             .is_rotation_measured = life_.status == BodyStatus::kTracked,
                              .heading = heading(ground.down)};
-  const BodyPoint middle{.position_m = (-identity_.to_origin_m).cast<float>()};
+  const BodyPoint visible_center{.position_m = (-identity_.to_origin_m).cast<float>()};
   if (frame.points.empty()) {
-    frame.points = {&middle, 1};
+    frame.points = {&visible_center, 1};
     frame.disparity_sigma_px = kObservedDisparitySigma_px;
   }
   if (life_.status != BodyStatus::kTracked && life_.status != BodyStatus::kStereoOnly) {
     frame.edges.reset();  // Its pose is too uncertain.
   }
   box_.update(frame);
-  follow_middle();
+  update_reference_point();
 }
 
-void ObjectState::follow_middle() {
+void ObjectState::update_reference_point() {
   const std::span<const BodyPoint> points = body_.estimate().points;
   if (!body_.active() || points.empty()) {
     return;
@@ -96,8 +99,9 @@ void ObjectState::follow_middle() {
 Box3Sigma ObjectState::box_sigma(const ObjectResult& result) const {
   Box3Sigma sigma = box_.sigma();
   const Eigen::Matrix3d axes = result.box.rotation();
-  const Eigen::Matrix3d of_pose = axes.transpose() * reference_covariance(result.T_world_obj, result.covariance) * axes;
-  sigma.center_m = (sigma.center_m.cwiseAbs2() + of_pose.diagonal()).cwiseSqrt();
+  const Eigen::Matrix3d pose_covariance =
+      axes.transpose() * reference_covariance(result.T_world_obj, result.covariance) * axes;
+  sigma.center_m = (sigma.center_m.cwiseAbs2() + pose_covariance.diagonal()).cwiseSqrt();
   if (result.status == BodyStatus::kTracked) {  // Otherwise its frame does not turn with it: see heading().
     const double turn_rad2 = axes.col(1).dot(result.covariance.topLeftCorner<3, 3>() * axes.col(1));
     sigma.yaw_rad = std::sqrt(sigma.yaw_rad * sigma.yaw_rad + turn_rad2);

@@ -10,21 +10,22 @@ namespace {
 
 /// The error of the visible part's centre of a half occluded object is correlated for the whole occlusion: its standard
 /// deviation is this many times that of a surface.
-constexpr double kHiddenFactor = 4.0;
+constexpr double kOccludedExtentFactor = 4.0;
 /// Of a position by one stereo observation.
-constexpr double kPlacedSigma_m = 0.5;
-constexpr double kUnknownTurn_rad = 1.0;
+constexpr double kInitialPositionSigma_m = 0.5;
+constexpr double kUnknownRotationSigma_rad = 1.0;
 // Standard deviations of a smoothed pose.
 constexpr double kPathSigma_rad = 0.002;
 constexpr double kPathSigma_m = 0.02;
 /// Velocities of overlapping windows are correlated: one piece of evidence in this time.
-constexpr double kEvidenceTime_s = 0.4;
-constexpr double kUndecided = 0.05;   // Moving or rest is decided once the probability of the other is below this.
-constexpr double kMaxEvidence = 7.0;  // Upper bound of the evidence, log odds: one to a thousand.
-constexpr int kTellingFeatures = 3;   // Fewer features may belong to another object.
-constexpr int kMaxRejections = 3;     // Measurements in a row: then the object is elsewhere.
+constexpr double kEvidenceCorrelation_s = 0.4;
+constexpr double kMaxOtherModelProbability =
+    0.05;                              // Moving or rest is decided once the probability of the other is below this.
+constexpr double kMaxEvidence = 7.0;   // Upper bound of the evidence, log odds: one to a thousand.
+constexpr int kMinSwitchFeatures = 3;  // Fewer features may belong to another object.
+constexpr int kMaxRejections = 3;      // Measurements in a row: then the object is elsewhere.
 /// A reconstruction is dropped where the predicted position is this many times less certain than the measured one.
-constexpr double kMuchWorse = 2.0;
+constexpr double kMaxSigmaRatio = 2.0;
 constexpr double kOutlineSigma_m = 0.03;
 
 double log_odds(double probability) {
@@ -34,116 +35,123 @@ double log_odds(double probability) {
 }  // namespace
 
 void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
-  const bool shows_velocity = motion_.size() >= trajectory::ObjectMotion::kMinSamples;
+  const bool has_velocity = motion_.size() >= trajectory::ObjectMotion::kMinSamples;
   objects::MotionStart start{.timestamp_ns = life_.timestamp_ns,
                              .pose = {T_world_obj, life_.covariance},
                              .velocity = velocity,
-                             .moving = identity_.moving};
+                             .moving_probability = identity_.moving_probability};
   start.pose.covariance.diagonal().head<3>().array() += kPathSigma_rad * kPathSigma_rad;
   start.pose.covariance.diagonal().tail<3>().array() += kPathSigma_m * kPathSigma_m;
   // A slower turn may be noise of the last poses, and would accumulate while coasting.
   if (velocity.head<3>().norm() <= turn_rate_radps_) {
     start.velocity.head<3>().setZero();
   }
-  start.velocity_covariance =
-      shows_velocity
-          ? motion_.at(0).apparent_covariance
-          : Eigen::Matrix3d(objects::kUnknownSpeed_mps * objects::kUnknownSpeed_mps * Eigen::Matrix3d::Identity());
+  start.velocity_covariance = has_velocity
+                                  ? motion_.at(0).apparent_covariance
+                                  : Eigen::Matrix3d(objects::kUnknownVelocitySigma_mps *
+                                                    objects::kUnknownVelocitySigma_mps * Eigen::Matrix3d::Identity());
   identity_.filter.start(start);
 }
 
-void ObjectState::weigh_motion() noexcept {
+void ObjectState::update_moving_probability() noexcept {
   if (motion_.size() < trajectory::ObjectMotion::kMinSamples) {
     return;
   }
-  const trajectory::MotionEstimate now_seen = motion_.at(0);
-  const trajectory::MotionEstimate lately = motion_.at(velocity_window_frames_);
+  const trajectory::MotionEstimate current = motion_.at(0);
+  const trajectory::MotionEstimate recent = motion_.at(velocity_window_frames_);
   // The velocity a few frames ago has samples on both sides and is mostly more certain.
-  const bool is_lately_surer = motion_.size() >= velocity_window_frames_ + trajectory::ObjectMotion::kMinSamples &&
-                               lately.apparent_covariance.trace() < now_seen.apparent_covariance.trace();
-  const trajectory::MotionEstimate& motion = is_lately_surer ? lately : now_seen;
+  const bool is_recent_more_certain =
+      motion_.size() >= velocity_window_frames_ + trajectory::ObjectMotion::kMinSamples &&
+      recent.apparent_covariance.trace() < current.apparent_covariance.trace();
+  const trajectory::MotionEstimate& motion = is_recent_more_certain ? recent : current;
   const double evidence = std::clamp(objects::moving_evidence(motion.velocity_mps, motion.apparent_covariance),
                                      -kMaxEvidence, kMaxEvidence);
-  const double before = log_odds(identity_.filter.initialised() ? identity_.filter.moving() : identity_.moving);
-  const double now = before + std::min(frame_.interval_s / kEvidenceTime_s, 1.0) * (evidence - before);
-  identity_.moving = 1.0 / (1.0 + std::exp(-now));
+  const double before =
+      log_odds(identity_.filter.initialised() ? identity_.filter.moving_probability() : identity_.moving_probability);
+  const double now = before + std::min(frame_.interval_s / kEvidenceCorrelation_s, 1.0) * (evidence - before);
+  identity_.moving_probability = 1.0 / (1.0 + std::exp(-now));
 }
 
 void ObjectState::follow(const StereoObservation& observation, const CameraState& camera) {
   objects::MotionFilter& filter = identity_.filter;
   if (!filter.initialised()) {
     life_.covariance.setZero();
-    life_.covariance.diagonal() << Eigen::Vector3d::Constant(kUnknownTurn_rad * kUnknownTurn_rad),
-        Eigen::Vector3d::Constant(kPlacedSigma_m * kPlacedSigma_m);
+    life_.covariance.diagonal() << Eigen::Vector3d::Constant(kUnknownRotationSigma_rad * kUnknownRotationSigma_rad),
+        Eigen::Vector3d::Constant(kInitialPositionSigma_m * kInitialPositionSigma_m);
     start_filter(identity_.T_world_obj, Vector6d::Zero());
   }
   filter.predict(life_.timestamp_ns);
   identity_.T_world_obj = filter.pose();
-  const Fix fix = camera.valid ? measure(observation, camera) : Fix::kNone;
+  const Fix fix = camera.valid ? update_filter(observation, camera) : Fix::kNone;
   identity_.T_world_obj = filter.pose();
   life_.covariance = filter.pose_covariance();
   if (!identity_.reconstructed) {
-    life_.covariance.topLeftCorner<3, 3>() = kUnknownTurn_rad * kUnknownTurn_rad * Eigen::Matrix3d::Identity();
+    life_.covariance.topLeftCorner<3, 3>() =
+        kUnknownRotationSigma_rad * kUnknownRotationSigma_rad * Eigen::Matrix3d::Identity();
   }
   if (fix == Fix::kStereo) {
     // The position of the visible surface on the object is a correlated error, which averaging does not reduce.
     const double extent_m = extent_sigma_m(position_in_camera(geometry_, observation).z());
     life_.covariance.diagonal().tail<3>().array() += extent_m * extent_m;
   }
-  count_prediction(fix);
+  update_status(fix);
 }
 
-ObjectState::Fix ObjectState::measure(const StereoObservation& observation, const CameraState& camera) {
+ObjectState::Fix ObjectState::update_filter(const StereoObservation& observation, const CameraState& camera) {
   // While the identity is provisional, its features may follow another object.
-  const bool is_surely_it = !life_.provisional;
-  if (is_surely_it) {
-    measure_motion(observation, camera);
+  const bool is_identity_certain = !life_.provisional;
+  if (is_identity_certain) {
+    update_filter_by_motion(observation, camera);
   }
-  const Fix fix = measure_place(observation, camera);
-  if (!is_surely_it && !life_.provisional) {
-    measure_motion(observation, camera);
+  const Fix fix = update_filter_by_position(observation, camera);
+  if (!is_identity_certain && !life_.provisional) {
+    update_filter_by_motion(observation, camera);
   }
   return fix;
 }
 
-ObjectState::Fix ObjectState::measure_place(const StereoObservation& observation, const CameraState& camera) {
+ObjectState::Fix ObjectState::update_filter_by_position(const StereoObservation& observation,
+                                                        const CameraState& camera) {
   objects::MotionFilter& filter = identity_.filter;
   if (observation.features < config_.stereo_only_min_features) {
     // The centre of a partly visible mask does not locate the whole.
-    if (life_.track.missed_frames == 0 && !(identity_.reconstructed && half_hidden())) {
+    if (life_.track.missed_frames == 0 && !(identity_.reconstructed && is_partly_visible())) {
       filter.update(mask_bearing(), camera.T_world_cam);
     }
     return Fix::kNone;
   }
-  if (lies_on_body(observation, camera)) {
+  if (is_on_predicted_box(observation, camera)) {
     life_.rejections = 0;
     life_.provisional = false;
-    return Fix::kForeseen;
+    return Fix::kConsistentWithPrediction;
   }
-  const objects::StereoPosition seen = stereo_position(observation, camera);
+  const objects::StereoPosition measured = stereo_position(observation, camera);
   const double expected_sigma_m = std::sqrt(filter.pose_covariance().bottomRightCorner<3, 3>().trace() / 3.0);
-  if (filter.update(seen, camera.T_world_cam)) {
+  if (filter.update(measured, camera.T_world_cam)) {
     life_.rejections = 0;
     life_.provisional = false;
-    if (life_.status == BodyStatus::kLost && !filter.at_rest() && expected_sigma_m > kMuchWorse * seen.extent_sigma_m) {
+    if (life_.status == BodyStatus::kLost && !filter.at_rest() &&
+        expected_sigma_m > kMaxSigmaRatio * measured.extent_sigma_m) {
       identity_.reconstructed = false;  // On return the former points have long left the map.
     }
-    const bool foreseen = identity_.reconstructed && half_hidden() && seen.extent_sigma_m > expected_sigma_m;
-    return foreseen ? Fix::kForeseen : Fix::kStereo;
+    const bool is_consistent =
+        identity_.reconstructed && is_partly_visible() && measured.extent_sigma_m > expected_sigma_m;
+    return is_consistent ? Fix::kConsistentWithPrediction : Fix::kStereo;
   }
-  life_.identity_switched = life_.provisional && observation.agreeing >= kTellingFeatures;
+  life_.identity_switched = life_.provisional && observation.agreeing >= kMinSwitchFeatures;
   if (life_.identity_switched || ++life_.rejections < kMaxRejections) {
     return Fix::kNone;
   }
   life_.rejections = 0;
-  give_up_path(observation, camera);
+  restart_at_observation(observation, camera);
   return life_.identity_switched ? Fix::kNone : Fix::kStereo;
 }
 
-void ObjectState::measure_motion(const StereoObservation& observation, const CameraState& camera) {
+void ObjectState::update_filter_by_motion(const StereoObservation& observation, const CameraState& camera) {
   // Features on a mostly occluded object may lie on the occluder: they count only while moving or rest is undecided.
-  const bool is_known_to_go_on = std::abs(identity_.filter.moving() - 0.5) > 0.5 - kUndecided;
-  if (!rigid() || (mostly_occluded() && is_known_to_go_on) || !camera.T_world_cam_before ||
+  const bool is_motion_decided =
+      std::abs(identity_.filter.moving_probability() - 0.5) > 0.5 - kMaxOtherModelProbability;
+  if (!is_rigid() || (is_mostly_occluded() && is_motion_decided) || !camera.T_world_cam_before ||
       observation.motion.features < config_.stereo_only_min_features) {
     return;
   }
@@ -154,13 +162,13 @@ void ObjectState::measure_motion(const StereoObservation& observation, const Cam
   identity_.filter.update(motion, camera.T_world_cam);
 }
 
-void ObjectState::give_up_path(const StereoObservation& observation, const CameraState& camera) {
+void ObjectState::restart_at_observation(const StereoObservation& observation, const CameraState& camera) {
   if (identity_.reconstructed && is_newly_matched()) {
     life_.identity_switched = true;
     return;
   }
   // The path so far was that of another object: nothing known in its frame holds for this one.
-  if (rigid()) {  // an outline's origin is its centre
+  if (is_rigid()) {  // an outline's origin is its centre
     identity_.to_origin_m.setZero();
   }
   identity_.filter.restart_at({.uvd_px = observation.uvd_px,
@@ -180,48 +188,48 @@ void ObjectState::give_up_path(const StereoObservation& observation, const Camer
 objects::Bearing ObjectState::mask_bearing() const {
   const PixelBox& box = life_.track.box_px;
   const double depth_m = life_.T_obj_cam.inverse().translation.z();
-  return {.uv_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
-          .to_origin_m = rigid() ? Eigen::Vector3d(identity_.T_world_obj.rotation * identity_.to_origin_m)
-                                 : Eigen::Vector3d::Zero(),  // an outline's origin is its centre
+  return {.uv_px = {box.center_x(), box.center_y()},
+          .to_origin_m = is_rigid() ? Eigen::Vector3d(identity_.T_world_obj.rotation * identity_.to_origin_m)
+                                    : Eigen::Vector3d::Zero(),  // an outline's origin is its centre
           .extent_sigma_m = std::max(extent_sigma_m(std::max(depth_m, 0.0)), identity_.width_m)};
 }
 
-bool ObjectState::lies_on_body(const StereoObservation& observation, const CameraState& camera) const {
+bool ObjectState::is_on_predicted_box(const StereoObservation& observation, const CameraState& camera) const {
   const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-  return identity_.reconstructed && half_hidden() && box_.known() && off_body(observed_m).isZero();
+  return identity_.reconstructed && is_partly_visible() && box_.known() && offset_from_box(observed_m).isZero();
 }
 
 objects::StereoPosition ObjectState::stereo_position(const StereoObservation& observation,
                                                      const CameraState& camera) const {
   const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
-  objects::StereoPosition seen{.uvd_px = observation.uvd_px,
-                               .features = observation.features,
-                               .to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
-                               .extent_sigma_m = extent_sigma_m(p_cam.z())};
-  if (half_hidden()) {
-    seen.extent_sigma_m = std::max(seen.extent_sigma_m, kHiddenFactor * surface_sigma_m_);
-  } else if (!identity_.reconstructed || identity_.filter.accepts(seen, camera.T_world_cam)) {
-    return seen;
+  objects::StereoPosition measured{.uvd_px = observation.uvd_px,
+                                   .features = observation.features,
+                                   .to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
+                                   .extent_sigma_m = extent_sigma_m(p_cam.z())};
+  if (is_partly_visible()) {
+    measured.extent_sigma_m = std::max(measured.extent_sigma_m, kOccludedExtentFactor * surface_sigma_m_);
+  } else if (!identity_.reconstructed || identity_.filter.accepts(measured, camera.T_world_cam)) {
+    return measured;
   }
-  const Eigen::Vector3d on_body_cam_m =
-      camera.T_world_cam.inverse() * (middle_m() + off_body(camera.T_world_cam * p_cam));
-  if (identity_.reconstructed && on_body_cam_m.z() > 0.0) {
-    const Eigen::Vector3d uvr_px = geometry_.project(on_body_cam_m);
-    seen.uvd_px = {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
+  const Eigen::Vector3d on_box_cam_m =
+      camera.T_world_cam.inverse() * (visible_center_m() + offset_from_box(camera.T_world_cam * p_cam));
+  if (identity_.reconstructed && on_box_cam_m.z() > 0.0) {
+    const Eigen::Vector3d uvr_px = geometry_.project(on_box_cam_m);
+    measured.uvd_px = {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
   }
-  return seen;
+  return measured;
 }
 
 double ObjectState::extent_sigma_m(double depth_m) const {
   const double seen_width_m = life_.track.box_px.width() * depth_m / geometry_.fx_px;
   // The occluded width follows from masks or, where it has just returned, from the width when last seen whole.
   const double hidden_width_m = std::max(seen_width_m * (1.0 / visible_part() - 1.0), identity_.width_m - seen_width_m);
-  return (rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
+  return (is_rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
 
-void ObjectState::count_prediction(Fix fix) noexcept {
-  const bool rests_there = life_.track.missed_frames == 0 && identity_.filter.at_rest();
-  if (fix != Fix::kNone || rests_there) {
+void ObjectState::update_status(Fix fix) noexcept {
+  const bool is_detected_at_rest = life_.track.missed_frames == 0 && identity_.filter.at_rest();
+  if (fix != Fix::kNone || is_detected_at_rest) {
     life_.predicted.reset();  // An object detected where it is expected is not lost, however little of it is visible.
   }
   if (fix == Fix::kStereo) {

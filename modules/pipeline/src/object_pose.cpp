@@ -12,13 +12,13 @@ namespace kinetrace::pipeline {
 namespace {
 
 // Standard deviations of the predicted pose on return, after any gap: the object keeps its motion and turns little.
-constexpr double kGuessTurn_rad = 0.05;
-constexpr double kGuessPlace_m = 0.27;
-constexpr double kReachableGate = 36.0;  // Chi-square with six degrees of freedom.
-constexpr double kConsensusPart = 0.9;   // So many points cannot all have switched to another object.
-constexpr double kFarOffIt_m = 2.0;      // A point outside the box by more than this,
-constexpr double kFarOffSigmas = 4.0;    // plus this many of stereo depth, is on another object.
-constexpr std::int64_t kMaxUncertain_ns = 1'500'000'000;
+constexpr double kReturnRotationSigma_rad = 0.05;
+constexpr double kReturnPositionSigma_m = 0.27;
+constexpr double kPoseGate = 36.0;             // Chi-square with six degrees of freedom.
+constexpr double kMinConsensusFraction = 0.9;  // So many points cannot all have switched to another object.
+constexpr double kMaxOutsideBox_m = 2.0;       // A point outside the box by more than this,
+constexpr double kMaxOutsideBoxSigmas = 4.0;   // plus this many of stereo depth, is on another object.
+constexpr std::int64_t kMaxAmbiguous_ns = 1'500'000'000;
 // Residuals of a reconstruction are no larger than the background's, up to reflections and moving parts. Larger ones
 // mean a wrong relief: from afar, a wrong relief and a wrong rotation nearly cancel in the image.
 constexpr double kMaxResidualSigma_px = 0.3;
@@ -31,13 +31,13 @@ constexpr int kMinResidualFrames = 6;        // Samples of the residuals.
 }  // namespace
 
 bool ObjectState::locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera) {
-  if (rigid() && body_.active() && (fails_residual_check(camera) || life_.inconsistencies >= kMaxInconsistencies)) {
+  if (is_rigid() && body_.active() && (fails_residual_check(camera) || life_.inconsistencies >= kMaxInconsistencies)) {
     body_.end();
     identity_.filter.forget_velocity();
     recogniser_.clear();  // The remembered points have the same wrong relief, or are of another object.
     life_.inconsistencies = 0.0;
   }
-  if (!rigid() || !body_.active()) {
+  if (!is_rigid() || !body_.active()) {
     return false;
   }
   const bool found = find_pose(frame, observation, camera);
@@ -52,7 +52,7 @@ bool ObjectState::find_pose(const FeatureFrame& frame, const StereoObservation& 
       !camera.valid) {
     return false;
   }
-  if (is_seen_elsewhere(observation, body_.estimate().T_body_cam) ||
+  if (is_observed_outside_box(observation, body_.estimate().T_body_cam) ||
       (expected && !has_inlier_consensus() && !passes_innovation_gate(*expected))) {
     body_.refuse_pose();
     return false;
@@ -60,7 +60,7 @@ bool ObjectState::find_pose(const FeatureFrame& frame, const StereoObservation& 
   return true;
 }
 
-bool ObjectState::is_seen_elsewhere(const StereoObservation& observation, const Se3& T_obj_cam) const {
+bool ObjectState::is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const {
   if (observation.agreeing < config_.stereo_only_min_features || 2 * observation.agreeing < observation.features) {
     return false;
   }
@@ -68,7 +68,7 @@ bool ObjectState::is_seen_elsewhere(const StereoObservation& observation, const 
   const Eigen::Vector3d seen_obj_m = T_obj_cam * seen_cam_m;
   const Eigen::Vector3d off_m = box_.known() ? offset_from(box_.box_in_object(), seen_obj_m)
                                              : Eigen::Vector3d(seen_obj_m + identity_.to_origin_m);
-  return off_m.norm() > kFarOffIt_m + kFarOffSigmas * depth_sigma_m(seen_cam_m.z());
+  return off_m.norm() > kMaxOutsideBox_m + kMaxOutsideBoxSigmas * depth_sigma_m(seen_cam_m.z());
 }
 
 // Its points are observed, and yet no pose fits them, or it cannot have got there.
@@ -105,21 +105,21 @@ std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(c
 
 bool ObjectState::has_inlier_consensus() const {
   const BodyEstimate& found = body_.estimate();
-  return found.inliers >= 2 * min_points_ && found.inliers >= kConsensusPart * found.observations;
+  return found.inliers >= 2 * min_points_ && found.inliers >= kMinConsensusFraction * found.observations;
 }
 
 bool ObjectState::passes_innovation_gate(const sfm::BodyReconstruction::Expectation& expected) const {
   const BodyEstimate& found = body_.estimate();
-  const Vector6d off = left_difference(expected.T_body_cam, found.T_body_cam);
-  const Matrix6d spread = expected.covariance + found.covariance;
-  return off.dot(spread.ldlt().solve(off)) <= kReachableGate;
+  const Vector6d innovation = left_difference(expected.T_body_cam, found.T_body_cam);
+  const Matrix6d innovation_covariance = expected.covariance + found.covariance;
+  return innovation.dot(innovation_covariance.ldlt().solve(innovation)) <= kPoseGate;
 }
 
 bool ObjectState::recognise(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
-  const PoseGuess guess{.T_obj_cam = identity_.T_world_obj.inverse() * camera.T_world_cam,
-                        .turn_sigma_rad = kGuessTurn_rad,
-                        .place_sigma_m = kGuessPlace_m};
-  const std::optional<Se3> found = recogniser_.recognise(guess, body_, life_.track.label(), front_end);
+  const PosePrior prior{.T_obj_cam = identity_.T_world_obj.inverse() * camera.T_world_cam,
+                        .rotation_sigma_rad = kReturnRotationSigma_rad,
+                        .position_sigma_m = kReturnPositionSigma_m};
+  const std::optional<Se3> found = recogniser_.recognise(prior, body_, life_.track.label(), front_end);
   if (found) {
     const Se3 T_obj_provisional_world = identity_.T_world_obj.inverse();
     identity_.T_world_obj = (camera.T_world_cam * found->inverse()).orthonormalised();
@@ -133,11 +133,12 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
 
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
-  if (identity_.frame_fixed && is_seen_elsewhere(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
-    if (half_hidden() && !is_newly_matched()) {
+  if (identity_.frame_fixed &&
+      is_observed_outside_box(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
+    if (is_partly_visible() && !is_newly_matched()) {
       return;  // The rest of its mask lies on another object.
     }
-    give_up_path(observation, camera);
+    restart_at_observation(observation, camera);
     if (life_.identity_switched) {
       return;
     }
@@ -151,7 +152,7 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
     frame_.change = std::max(frame_.change, FrameChange::kRefined);
     identity_.T_world_obj.translation = camera.T_world_cam * position_in_camera(geometry_, observation);
     identity_.to_origin_m.setZero();
-  } else if (recogniser_.knows_it() && !identity_.filter.at_rest()) {
+  } else if (recogniser_.has_enough_points() && !identity_.filter.at_rest()) {
     // If restarted before recognition, it is still in the frame that was guessed first.
     life_.ambiguous_frames = life_.pose_ambiguous ? life_.ambiguous_frames : 0;
     life_.ambiguous_time.reset();
@@ -190,7 +191,7 @@ void ObjectState::resolve_pose(const CameraState& camera, const features::Featur
     return;
   }
   life_.pose_ambiguous =
-      !life_.ambiguous_time.exceeds(kMaxUncertain_ns);  // Later its appearance differs too much: the guess stands.
+      !life_.ambiguous_time.exceeds(kMaxAmbiguous_ns);  // Later its appearance differs too much: the guess stands.
   if (!life_.pose_ambiguous) {
     life_.guess_covariance.setZero();  // For good: points remembered from now on are in the guessed frame.
   }

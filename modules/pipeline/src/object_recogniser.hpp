@@ -20,10 +20,10 @@ namespace kinetrace::pipeline {
 inline constexpr std::size_t kMinBodyFrames = 6;
 
 /// Prior of an object's pose, with standard deviations.
-struct PoseGuess {
+struct PosePrior {
   Se3 T_obj_cam;
-  double turn_sigma_rad = 0.0;  ///< About each axis.
-  double place_sigma_m = 0.0;   ///< Along each axis.
+  double rotation_sigma_rad = 0.0;  ///< About each axis.
+  double position_sigma_m = 0.0;    ///< Along each axis.
 };
 
 /// Remembers the appearance of reconstructed points every few tenths of a second. After the object's return, appearance
@@ -37,7 +37,7 @@ class ObjectRecogniser {
   void clear() noexcept;
   void swap(ObjectRecogniser& other) noexcept;
   /// Enough points are remembered to recognise it.
-  [[nodiscard]] bool knows_it() const noexcept;
+  [[nodiscard]] bool has_enough_points() const noexcept;
 
   /// Call in every frame in which the object is tracked, `interval_ns` after the previous one; remembers points when
   /// due.
@@ -45,7 +45,7 @@ class ObjectRecogniser {
                 const features::FeatureFrontEnd& front_end, std::int64_t interval_ns);
   /// T_obj_cam of this frame, within three standard deviations of the prior (half of it vertically). Nothing if fewer
   /// than eight points agree, or only on an implausible rotation.
-  [[nodiscard]] std::optional<Se3> recognise(const PoseGuess& guess, sfm::BodyReconstruction& body, std::uint8_t label,
+  [[nodiscard]] std::optional<Se3> recognise(const PosePrior& prior, sfm::BodyReconstruction& body, std::uint8_t label,
                                              const features::FeatureFrontEnd& front_end) const;
 
  private:
@@ -55,22 +55,22 @@ class ObjectRecogniser {
     double radius_m = 0.0;  ///< Of the consensus on the translation; in depth widened by stereo's noise.
     float min_similarity = 0.F;
   };
-  struct Agreement {
+  struct PoseConsensus {
     Se3 T_obj_cam;
     std::size_t points = 0;
   };
   /// The pose on which most of the matches around `T_obj_cam` agree, combined with the prior.
-  [[nodiscard]] std::optional<Agreement> agreement(const Se3& T_obj_cam, const MatchGate& match_gate,
-                                                   const PoseGuess& guess, sfm::BodyReconstruction& body,
-                                                   std::uint8_t label,
-                                                   const features::FeatureFrontEnd& front_end) const;
+  [[nodiscard]] std::optional<PoseConsensus> find_consensus(const Se3& T_obj_cam, const MatchGate& match_gate,
+                                                            const PosePrior& prior, sfm::BodyReconstruction& body,
+                                                            std::uint8_t label,
+                                                            const features::FeatureFrontEnd& front_end) const;
   [[nodiscard]] std::size_t find_appearance_matches(const Se3& T_cam_obj, const MatchGate& match_gate,
                                                     std::uint8_t label, const features::FeatureFrontEnd& front_end,
                                                     std::span<features::RecognisedPoint> found) const;
 
   StereoGeometry geometry_;
   features::AppearanceMemory memory_;
-  DwellTime since_note_;
+  DwellTime since_memory_;
 };
 
 }  // namespace kinetrace::pipeline

@@ -19,7 +19,7 @@ constexpr double kNewObjectsPer_m3 = 1.0 / 5000.0;
 constexpr double kDirectionSigma_px = 2.0;
 constexpr double kDirectionDrift_pxps = 2.5;
 // Within this time an object that enters the image has a stereo position.
-constexpr std::int64_t kMaxUnnamed_ns = 600'000'000;
+constexpr std::int64_t kMaxReentryAge_ns = 600'000'000;
 
 /// From a point to the nearest pixel of a box.
 double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
@@ -30,8 +30,8 @@ double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
 
 }  // namespace
 
-Eigen::Vector3d ObjectState::off_body(const Eigen::Vector3d& observed_m) const {
-  const Eigen::Vector3d off_m = observed_m - middle_m();
+Eigen::Vector3d ObjectState::offset_from_box(const Eigen::Vector3d& observed_m) const {
+  const Eigen::Vector3d off_m = observed_m - visible_center_m();
   if (!box_.known()) {
     return off_m;
   }
@@ -47,33 +47,36 @@ bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed
 }
 
 double ObjectState::depth_sigma_m(double depth_m) const {
-  return kObservedDisparitySigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
+  return geometry_.depth_sigma_m(depth_m, kObservedDisparitySigma_px);
 }
 
 std::optional<double> ObjectState::position_evidence(const StereoObservation& observation, const Track& redetected,
                                                      const CameraState& camera) const {
-  const bool hidden = !life_.in_view || mostly_occluded();
-  if (!life_.placed || !is_reid_candidate(redetected, hidden ? kMissedHidden_ns : kMissedInView_ns)) {
+  const bool is_hidden = !life_.in_view || is_mostly_occluded();
+  if (!life_.has_position || !is_reid_candidate(redetected, is_hidden ? kMissedHidden_ns : kMissedInView_ns)) {
     return std::nullopt;
   }
   const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
   const Eigen::Vector3d observed_m = camera.T_world_cam * p_cam;
-  const objects::StereoPosition seen{
+  const objects::StereoPosition measured{
       .uvd_px = observation.uvd_px,
       .features = observation.features,
-      .to_origin_m = identity_.T_world_obj.translation - (observed_m - off_body(observed_m)),
+      .to_origin_m = identity_.T_world_obj.translation - (observed_m - offset_from_box(observed_m)),
       .extent_sigma_m = box_.known() ? surface_sigma_m_ : extent_sigma_m(0.0)};
-  const double body_m3 = box_.known() ? box_.box_in_object().size_m.prod() : 0.0;
+  const double body_volume_m3 = box_.known() ? box_.box_in_object().size_m.prod() : 0.0;
   // Volume of a cubic pixel of (u_left, v, disparity) at this depth.
   const double m3_per_px3 =
       std::pow(p_cam.z(), 4) / (geometry_.fx_px * geometry_.fy_px * geometry_.fx_px * geometry_.baseline_m);
-  const std::optional<double> same = identity_.filter.log_likelihood(seen, body_m3 / m3_per_px3, camera.T_world_cam);
-  return same ? std::optional<double>(*same - std::log(kNewObjectsPer_m3 * m3_per_px3)) : std::nullopt;
+  const std::optional<double> log_likelihood =
+      identity_.filter.log_likelihood(measured, body_volume_m3 / m3_per_px3, camera.T_world_cam);
+  return log_likelihood ? std::optional<double>(*log_likelihood - std::log(kNewObjectsPer_m3 * m3_per_px3))
+                        : std::nullopt;
 }
 
 std::optional<double> ObjectState::bearing_evidence(const Track& redetected, const CameraState& camera) const {
   const tracking::ObjectPrediction expected = predict_direction(camera.T_world_cam);
-  if (life_.placed || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known || expected.depth_m <= 0.0) {
+  if (life_.has_position || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known ||
+      expected.depth_m <= 0.0) {
     return std::nullopt;
   }
   const double unseen_s = 1e-9 * static_cast<double>(life_.timestamp_ns - life_.matched_timestamp_ns);
@@ -83,14 +86,14 @@ std::optional<double> ObjectState::bearing_evidence(const Track& redetected, con
   return std::log(image_px2 / (2.0 * std::numbers::pi * sigma_px * sigma_px)) - 0.5 * sigmas * sigmas;
 }
 
-bool ObjectState::may_come_back_as(const Track& redetected, const CameraState& camera) const {
+bool ObjectState::is_reentry_candidate(const Track& redetected, const CameraState& camera) const {
   const PixelBox& box = redetected.box_px;
-  const bool at_border = box.x0 <= 0 || box.y0 <= 0 || box.x1 >= geometry_.width_px || box.y1 >= geometry_.height_px;
-  if (!life_.placed || !at_border || redetected.age_ns > kMaxUnnamed_ns ||
+  const bool at_border = box.touches_border(geometry_.width_px, geometry_.height_px);
+  if (!life_.has_position || !at_border || redetected.age_ns > kMaxReentryAge_ns ||
       !is_reid_candidate(redetected, kMissedHidden_ns)) {
     return false;
   }
-  const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * (middle_m());
+  const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * (visible_center_m());
   if (p_cam.z() <= 0.0) {
     return false;
   }
@@ -103,10 +106,10 @@ bool ObjectState::may_come_back_as(const Track& redetected, const CameraState& c
 void ObjectState::continue_from(ObjectState& earlier) {
   life_.track.id = earlier.life_.track.id;
   life_.confirmed = earlier.life_.confirmed;
-  if (!earlier.life_.placed) {
+  if (!earlier.life_.has_position) {
     return;  // Only its identity is known.
   }
-  life_.placed = true;
+  life_.has_position = true;
   identity_ = earlier.identity_;
   identity_.drift_covariance = earlier.drift_covariance();
   recogniser_.swap(earlier.recogniser_);

@@ -24,8 +24,8 @@ std::size_t ObjectSet::required_bytes(const PipelineConfig& config) {
          measure_bytes([&](Arena& arena) { FixedVector<ReidentifiedObject>(arena, objects); });
 }
 
-void ObjectSet::prediction(std::int64_t timestamp_ns, const Se3& T_world_cam,
-                           std::span<tracking::ObjectPrediction> by_slot) const {
+void ObjectSet::predict(std::int64_t timestamp_ns, const Se3& T_world_cam,
+                        std::span<tracking::ObjectPrediction> by_slot) const {
   for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
     by_slot[slot] =
         slots_[slot].alive() ? slots_[slot].prediction(timestamp_ns, T_world_cam) : tracking::ObjectPrediction{};
@@ -43,10 +43,10 @@ void ObjectSet::take_tracks(const TrackFrame& tracks) {
   }
 }
 
-void ObjectSet::split(const Track& seen, const Track& waiting) {
-  std::swap(slots_[seen.slot], slots_[waiting.slot]);
-  slots_[waiting.slot].wait_as(waiting);
-  slots_[seen.slot].begin(seen);
+void ObjectSet::split(const Track& detected, const Track& dormant) {
+  std::swap(slots_[detected.slot], slots_[dormant.slot]);
+  slots_[dormant.slot].set_dormant(dormant);
+  slots_[detected.slot].begin(detected);
 }
 
 std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
@@ -58,18 +58,18 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
     detected |= std::uint64_t{track.missed_frames == 0} << track.slot;
   }
   for (const Track& track : tracks) {
-    if (!is_unplaced(track)) {
+    if (!is_detected_without_position(track)) {
       continue;
     }
     const StereoObservation observation = slots_[track.slot].observe_stereo(frame, labels);
-    const bool is_positioned = camera.valid && observation.features >= min_features_;
+    const bool is_position_measured = camera.valid && observation.features >= min_features_;
     for (int slot = 0; slot < count; ++slot) {
       const ObjectState& lost = slots_[static_cast<std::size_t>(slot)];
-      const bool was_split_from_it = lost.track_before().slot == track.slot;
-      if (((detected >> slot) & 1U) != 0 || was_split_from_it) {
+      const bool was_split_from_track = lost.track_before().slot == track.slot;
+      if (((detected >> slot) & 1U) != 0 || was_split_from_track) {
         continue;
       }
-      const std::optional<double> evidence = lost.placed() && is_positioned
+      const std::optional<double> evidence = lost.has_position() && is_position_measured
                                                  ? lost.position_evidence(observation, track, camera)
                                                  : lost.bearing_evidence(track, camera);
       affinity_(slot, track.slot) = std::max(evidence.value_or(0.0), 0.0);
@@ -91,8 +91,8 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
 }
 
 bool ObjectSet::may_be_lost_object(const Track& track, const CameraState& camera) const {
-  return !slots_[track.slot].placed() && std::any_of(slots_.begin(), slots_.end(), [&](const ObjectState& lost) {
-    return lost.may_come_back_as(track, camera);
+  return !slots_[track.slot].has_position() && std::any_of(slots_.begin(), slots_.end(), [&](const ObjectState& lost) {
+    return lost.is_reentry_candidate(track, camera);
   });
 }
 

@@ -39,24 +39,23 @@ class ObjectSet {
   [[nodiscard]] std::span<const ObjectState> slots() const noexcept { return slots_; }
 
   /// Where each object is expected to be seen, by slot.
-  void prediction(std::int64_t timestamp_ns, const Se3& T_world_cam,
-                  std::span<tracking::ObjectPrediction> by_slot) const;
+  void predict(std::int64_t timestamp_ns, const Se3& T_world_cam, std::span<tracking::ObjectPrediction> by_slot) const;
   /// Begins the objects of new tracks, and ends those whose tracks have ended.
   void take_tracks(const TrackFrame& tracks);
 
   /// A detected track whose position has never been known: it may be a lost object.
-  [[nodiscard]] bool is_unplaced(const Track& track) const noexcept {
-    return track.missed_frames == 0 && !slots_[track.slot].placed();
+  [[nodiscard]] bool is_detected_without_position(const Track& track) const noexcept {
+    return track.missed_frames == 0 && !slots_[track.slot].has_position();
   }
-  /// The detection of `seen` belongs to another object, which begins in its slot; the old object waits in the slot of
-  /// `waiting`.
-  void split(const Track& seen, const Track& waiting);
-  /// Associates unplaced tracks with lost objects, which then continue in the slots of those tracks: one assignment
-  /// over all pairs, by log-likelihood ratios against new objects. Call once the other tracks have been observed. Valid
-  /// until the next call.
+  /// The detection of `detected` belongs to another object, which begins in its slot; the old object stays dormant in
+  /// the slot of `dormant`.
+  void split(const Track& detected, const Track& dormant);
+  /// Associates tracks without a position with lost objects, which then continue in the slots of those tracks: one
+  /// assignment over all pairs, by log-likelihood ratios against new objects. Call once the other tracks have been
+  /// observed. Valid until the next call.
   [[nodiscard]] std::span<const ReidentifiedObject> reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
                                                                LabelView labels, const CameraState& camera);
-  /// Whether an unplaced track may turn out to be an object that left the image.
+  /// Whether a track without a position may turn out to be an object that left the image.
   [[nodiscard]] bool may_be_lost_object(const Track& track, const CameraState& camera) const;
   /// Pose of this frame; false if the track has switched to another object.
   [[nodiscard]] bool observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,

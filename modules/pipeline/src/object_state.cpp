@@ -15,16 +15,15 @@ namespace {
 constexpr std::size_t kMinRestSamples = 8;  // Of a statistic, so not a time.
 constexpr double kMaxRestSpeed_mps = 0.4;
 constexpr double kRestSigmas = 2.0;
-constexpr double kAreaKept = 0.97;  // Decay of the recent area in a tenth of a second.
-constexpr double kAreaKeptIn_s = 0.1;
-constexpr double kMinDepth_m = 0.1;
-constexpr double kVeryFar_m = 1000.0;  // Nominal: the distance is unknown.
+constexpr double kAreaDecay = 0.97;  // Decay of the recent area in a tenth of a second.
+constexpr double kAreaDecayTime_s = 0.1;
+constexpr double kNominalDistance_m = 1000.0;  // Nominal: the distance is unknown.
 // Disparity errors of one surface are correlated, and change as it comes nearer. Without a reconstruction the measured
 // point is the centre of the visible part, which drifts as the object turns and is occluded.
 constexpr double kCorrelatedDisparityError_px = 0.03;
 constexpr double kLateralCorrelatedError = 0.3;
-constexpr int kTellingFeatures = 4;  // Fewer may all belong to another object: no evidence of a new mover.
-constexpr double kAnywhere_m = 100.0;
+constexpr int kMinMotionFeatures = 4;  // Fewer may all belong to another object: no evidence of a new mover.
+constexpr double kUnobservedPositionSigma_m = 100.0;
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());
@@ -79,7 +78,7 @@ void ObjectState::begin(const Track& track) {
   recogniser_.clear();
 }
 
-void ObjectState::wait_as(const Track& track) noexcept {
+void ObjectState::set_dormant(const Track& track) noexcept {
   life_.track = track;
   life_.identity_switched = false;
   life_.provisional = false;
@@ -94,13 +93,13 @@ void ObjectState::restart_path() noexcept {
   identity_.filter.reset();
   path_restarts_ = true;
   if (!body_.active()) {
-    life_.placed = false;
+    life_.has_position = false;
     life_.status = BodyStatus::kInitializing;
   }
 }
 
 tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, const Se3& T_world_cam) const {
-  if (!life_.placed) {
+  if (!life_.has_position) {
     return predict_direction(T_world_cam);
   }
   objects::UncertainPose expected{.T_world_obj = identity_.T_world_obj};
@@ -109,11 +108,11 @@ tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, co
   }
   const Eigen::Vector3d p_cam = T_world_cam.inverse() * expected.T_world_obj.translation;
   tracking::ObjectPrediction prediction{true, geometry_.project(p_cam).head<2>(), p_cam.z()};
-  const double middle_z_m = (T_world_cam.inverse() * (expected.T_world_obj * -identity_.to_origin_m)).z();
-  if (middle_z_m > kMinDepth_m) {
+  const double visible_center_z_m = (T_world_cam.inverse() * (expected.T_world_obj * -identity_.to_origin_m)).z();
+  if (visible_center_z_m > kMinProjectionDepth_m) {
     const Eigen::Vector3d forward = T_world_cam.rotation.col(2);
-    prediction.disparity_px = geometry_.disparity_px(middle_z_m);
-    prediction.disparity_sigma_px = prediction.disparity_px / middle_z_m *
+    prediction.disparity_px = geometry_.disparity_px(visible_center_z_m);
+    prediction.disparity_sigma_px = prediction.disparity_px / visible_center_z_m *
                                     std::sqrt(forward.dot(expected.covariance.bottomRightCorner<3, 3>() * forward));
   }
   return prediction;
@@ -123,16 +122,16 @@ tracking::ObjectPrediction ObjectState::predict_direction(const Se3& T_world_cam
   if (!life_.direction_world) {
     return {};
   }
-  const Eigen::Vector3d p_cam = kVeryFar_m * (T_world_cam.rotation.transpose() * *life_.direction_world);
+  const Eigen::Vector3d p_cam = kNominalDistance_m * (T_world_cam.rotation.transpose() * *life_.direction_world);
   return {.known = true, .point_px = geometry_.project(p_cam).head<2>(), .depth_m = p_cam.z(), .direction_only = true};
 }
 
-void ObjectState::note_direction(const CameraState& camera) {
+void ObjectState::record_direction(const CameraState& camera) {
   if (life_.track.missed_frames > 0 || life_.track.area_px == 0 || !camera.valid) {
     return;
   }
   const PixelBox& box = life_.track.box_px;
-  const Eigen::Vector3d ray(0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1), 1.0);
+  const Eigen::Vector3d ray(box.center_x(), box.center_y(), 1.0);
   life_.direction_world =
       camera.T_world_cam.rotation *
       Eigen::Vector3d((ray.x() - geometry_.cx_px) / geometry_.fx_px, (ray.y() - geometry_.cy_px) / geometry_.fy_px, 1.0)
@@ -153,40 +152,40 @@ void ObjectState::observe_by_outline(LabelView labels, const CameraState& camera
   if (box.y0 > 0) {
     observation.uvd_px.y() = box.y0;
   } else if (identity_.filter.initialised()) {
-    observation.uvd_px.y() = geometry_.project(camera.T_world_cam.inverse() * middle_m()).y();
+    observation.uvd_px.y() = geometry_.project(camera.T_world_cam.inverse() * visible_center_m()).y();
   }
 }
 
 void ObjectState::measure_visible_fraction(const CameraState& camera) {
   frame_.visible_fraction = 1.F;
   frame_.area_before_m2 = identity_.area_m2;
-  const double depth_m = (camera.T_world_cam.inverse() * middle_m()).z();
-  if (!life_.placed || life_.track.missed_frames > 0 || cut_off() || depth_m <= 0.0) {
+  const double depth_m = (camera.T_world_cam.inverse() * visible_center_m()).z();
+  if (!life_.has_position || life_.track.missed_frames > 0 || is_truncated() || depth_m <= 0.0) {
     return;
   }
-  const double metre_px = depth_m / std::sqrt(geometry_.fx_px * geometry_.fy_px);
-  const double area_m2 = life_.track.area_px * metre_px * metre_px;
-  const double kept = std::pow(kAreaKept, 1e-9 * static_cast<double>(frame_.interval_ns) / kAreaKeptIn_s);
-  identity_.area_m2 = std::max(area_m2, kept * identity_.area_m2);
+  const double m_per_px = depth_m / std::sqrt(geometry_.fx_px * geometry_.fy_px);
+  const double area_m2 = life_.track.area_px * m_per_px * m_per_px;
+  const double decay = std::pow(kAreaDecay, 1e-9 * static_cast<double>(frame_.interval_ns) / kAreaDecayTime_s);
+  identity_.area_m2 = std::max(area_m2, decay * identity_.area_m2);
   frame_.visible_fraction = static_cast<float>(area_m2 / identity_.area_m2);
 }
 
-bool ObjectState::place(const StereoObservation& observation, const CameraState& camera) {
+bool ObjectState::initialise_position(const StereoObservation& observation, const CameraState& camera) {
   if (observation.agreeing < config_.stereo_only_min_features || !camera.valid) {
     return false;
   }
   const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-  StereoObservation middle = observation;
-  if (!rigid()) {
-    middle.uvd_px.y() = 0.5 * (life_.track.box_px.y0 + life_.track.box_px.y1);
+  StereoObservation center = observation;
+  if (!is_rigid()) {
+    center.uvd_px.y() = 0.5 * (life_.track.box_px.y0 + life_.track.box_px.y1);
   }
-  identity_.T_world_obj = {Eigen::Matrix3d::Identity(), camera.T_world_cam * position_in_camera(geometry_, middle)};
+  identity_.T_world_obj = {Eigen::Matrix3d::Identity(), camera.T_world_cam * position_in_camera(geometry_, center)};
   identity_.to_origin_m = identity_.T_world_obj.translation - observed_m;
-  life_.placed = true;
+  life_.has_position = true;
   return true;
 }
 
-void ObjectState::learn_motion(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
+void ObjectState::reinitialise_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
   if (life_.status == BodyStatus::kTracked) {
     start_filter(T_world_obj, velocity);
   }
@@ -204,7 +203,7 @@ bool ObjectState::at_rest() const noexcept {
 
 void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {
   const bool is_first = life_.frames++ == 0;
-  if (track.missed_frames == 0 && life_.track.missed_ns > tracking::kCarriedByFeatures_ns) {
+  if (track.missed_frames == 0 && life_.track.missed_ns > tracking::kMaxFeatureGap_ns) {
     life_.provisional = true;
   }
   frame_ = Frame{};
@@ -236,12 +235,12 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
                           const features::FeatureFrontEnd& front_end) {
   begin_frame(track, frame.timestamp_ns, camera);
   StereoObservation observation = observe_stereo(frame, labels);
-  if (!rigid() && life_.track.area_px > 0) {
+  if (!is_rigid() && life_.track.area_px > 0) {
     observe_by_outline(labels, camera, observation);
   }
   frame_.observed_features = observation.features;
-  if (!life_.placed && !place(observation, camera)) {
-    note_direction(camera);
+  if (!life_.has_position && !initialise_position(observation, camera)) {
+    record_direction(camera);
     return;
   }
   if (locate(frame, observation, camera)) {
@@ -255,18 +254,18 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     }
   } else {
     follow(observation, camera);
-    if (!life_.identity_switched && rigid() && camera.valid && observation.features >= min_points_ &&
-        !(mostly_occluded() && identity_.reconstructed)) {
+    if (!life_.identity_switched && is_rigid() && camera.valid && observation.features >= min_points_ &&
+        !(is_mostly_occluded() && identity_.reconstructed)) {
       // Enough points for a reconstruction, but no known ones that fit.
       begin_body(observation, camera, front_end);
     }
   }
   if (body_.active()) {
-    FeatureFrame of_it = frame;
+    FeatureFrame own_features = frame;
     if (life_.identity_switched) {
-      of_it.features = {};  // they belong to another object
+      own_features.features = {};  // they belong to another object
     }
-    body_.extend(of_it, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
+    body_.extend(own_features, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
     frame_.extended = true;
   }
   if (life_.status == BodyStatus::kTracked && observation.features > 0) {
@@ -302,10 +301,10 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   correlated_covariance.diagonal().array() +=
       kLateralCorrelatedError * kLateralCorrelatedError * along_ray_m.squaredNorm();
   // A predicted pose continues the last motion: that is no evidence of a new mover either.
-  const bool seen = life_.status == BodyStatus::kTracked ||
-                    (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kTellingFeatures);
-  if (!seen && !identity_.has_moved) {
-    correlated_covariance.diagonal().array() += kAnywhere_m * kAnywhere_m;
+  const bool is_measured = life_.status == BodyStatus::kTracked ||
+                           (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kMinMotionFeatures);
+  if (!is_measured && !identity_.has_moved) {
+    correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
   } else if (life_.status == BodyStatus::kStereoOnly) {
     const double surface_m = 0.5 * extent_sigma_m(depth_m);
     correlated_covariance.diagonal().array() += surface_m * surface_m;
@@ -332,7 +331,7 @@ void ObjectState::push_motion(const CameraState& camera) {
   const trajectory::MotionEstimate motion = motion_.at(0);
   identity_.has_moved = identity_.has_moved || motion.apparently_moving;
   if (life_.status == BodyStatus::kTracked) {
-    weigh_motion();
+    update_moving_probability();
     Vector6d velocity = Vector6d::Zero();
     velocity.tail<3>() = identity_.T_world_obj.rotation.transpose() * motion.velocity_mps;
     start_filter(identity_.T_world_obj, velocity);
@@ -341,7 +340,7 @@ void ObjectState::push_motion(const CameraState& camera) {
 
 void ObjectState::conclude(const BundleSummary& refinement, const CameraState& camera,
                            const trajectory::Ground& ground) {
-  if (!life_.placed) {
+  if (!life_.has_position) {
     return;
   }
   if (frame_.extended) {
@@ -352,9 +351,9 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
   } else {
     life_.T_obj_cam = identity_.T_world_obj.inverse() * camera.T_world_cam;
   }
-  const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * middle_m();
+  const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * visible_center_m();
   const double u_px = geometry_.project(p_cam).x();
-  if (life_.track.missed_frames == 0 && !half_hidden()) {
+  if (life_.track.missed_frames == 0 && !is_partly_visible()) {
     identity_.width_m = life_.track.box_px.width() * p_cam.z() / geometry_.fx_px;
   }
   life_.in_view = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;

@@ -41,7 +41,7 @@ class ObjectState {
   [[nodiscard]] const Track& track_before() const noexcept { return life_.track_before; }
   [[nodiscard]] bool confirmed() const noexcept { return life_.confirmed; }
   /// Its position has been known at least once.
-  [[nodiscard]] bool placed() const noexcept { return life_.placed; }
+  [[nodiscard]] bool has_position() const noexcept { return life_.has_position; }
   /// The track is where this object cannot be: it has switched to another object.
   [[nodiscard]] bool identity_switched() const noexcept { return life_.identity_switched; }
 
@@ -52,7 +52,7 @@ class ObjectState {
   /// The track has ended, or continues in another slot; points still alive are in `body().estimate().retired`.
   void end();
   /// Its detection belongs to another object: it waits as this track for re-identification.
-  void wait_as(const Track& track) noexcept;
+  void set_dormant(const Track& track) noexcept;
   /// Its positions were measured with a calibration that was far off: the path restarts with the next frame.
   void restart_path() noexcept;
   /// The slot may be given to another track.
@@ -71,7 +71,7 @@ class ObjectState {
   [[nodiscard]] std::optional<double> bearing_evidence(const Track& redetected, const CameraState& camera) const;
   /// Whether `redetected`, without a stereo position yet, may be this object that re-enters at the image border: its
   /// identity stays open for some frames, until stereo decides.
-  [[nodiscard]] bool may_come_back_as(const Track& redetected, const CameraState& camera) const;
+  [[nodiscard]] bool is_reentry_candidate(const Track& redetected, const CameraState& camera) const;
   /// Re-identification: this slot's new track continues the identity and frame of `earlier`. Call before observe().
   void continue_from(ObjectState& earlier);
 
@@ -95,7 +95,7 @@ class ObjectState {
   [[nodiscard]] bool at_rest() const noexcept;
   /// Restarts the filter from the smoothed path: pose at the newest frame and velocity in the body's own axes (rad/s,
   /// m/s).
-  void learn_motion(const Se3& T_world_obj, const Vector6d& velocity) noexcept;
+  void reinitialise_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept;
   /// Velocity, heading and box of a buffered result, from the trajectory before and after it.
   void describe_motion(std::size_t age, ObjectResult& result) const;
 
@@ -119,7 +119,7 @@ class ObjectState {
 
  private:
   /// After a longer uninterrupted match its position may be wrong, but not its identity.
-  static constexpr std::int64_t kSureOfItsMask_ns = 400'000'000;
+  static constexpr std::int64_t kIdentityCertainAfter_ns = 400'000'000;
   static constexpr float kClearlyVisible = 0.6F;  ///< Where less is visible, the visible part may well be the occluder.
 
   /// State that continues under another track when the object is re-identified, besides its box and its appearance.
@@ -127,11 +127,11 @@ class ObjectState {
     explicit Identity(const objects::MotionFilter& unstarted) : filter(unstarted) {}
 
     bool frame_fixed = false;    ///< Its axes and origin are fixed by a reconstruction and never move again.
-    bool reconstructed = false;  ///< Has been tracked by its reconstruction since it was last given up.
+    bool reconstructed = false;  ///< Has been tracked by its reconstruction since it was last restarted.
     bool has_moved = false;      ///< Has been found moving.
     /// Probability of moving, by the path of its reconstruction. Before there is one the object is rather followed as
     /// moving: a filter at rest would lag behind.
-    double moving = 0.95;
+    double moving_probability = 0.95;
     objects::MotionFilter filter;
     Se3 T_world_obj;
     /// Drift of its frame on its points before the present reconstruction, and error of the guess that it began with:
@@ -151,8 +151,8 @@ class ObjectState {
     bool confirmed = false;
     bool ended = false;
     bool identity_switched = false;
-    bool placed = false;  ///< Its position has been known.
-    bool in_view = true;  ///< Its predicted position lies in the image.
+    bool has_position = false;  ///< Its position has been known.
+    bool in_view = true;        ///< Its predicted position lies in the image.
     BodyStatus status = BodyStatus::kInitializing;
     int frames = 0;
     std::int64_t timestamp_ns = 0;
@@ -192,28 +192,28 @@ class ObjectState {
   /// pose.
   void observe_by_outline(LabelView labels, const CameraState& camera, StereoObservation& observation) const;
   /// A class vote that changes later does not undo a reconstruction that works.
-  [[nodiscard]] bool rigid() const noexcept {
+  [[nodiscard]] bool is_rigid() const noexcept {
     return config_.rigid_pedestrians || body_.active() || life_.track.class_id != kPedestrianClass;
   }
   /// Truncated or mostly occluded: the centre of the visible part does not locate the whole, and may lie on the
   /// occluder.
-  [[nodiscard]] bool half_hidden() const noexcept { return cut_off() || mostly_occluded(); }
+  [[nodiscard]] bool is_partly_visible() const noexcept { return is_truncated() || is_mostly_occluded(); }
   /// Truncated by the left or right image border.
-  [[nodiscard]] bool cut_off() const noexcept {
+  [[nodiscard]] bool is_truncated() const noexcept {
     return life_.track.box_px.x0 <= 1 || life_.track.box_px.x1 >= geometry_.width_px - 1;
   }
-  [[nodiscard]] bool is_newly_matched() const noexcept { return !life_.matched_run.exceeds(kSureOfItsMask_ns); }
+  [[nodiscard]] bool is_newly_matched() const noexcept { return !life_.matched_run.exceeds(kIdentityCertainAfter_ns); }
   /// Bounded below, as a divisor.
   [[nodiscard]] double visible_part() const noexcept {
     constexpr double kMinVisible = 0.2;
     return std::clamp(double{life_.track.visible_part}, kMinVisible, 1.0);
   }
-  [[nodiscard]] bool mostly_occluded() const noexcept {
+  [[nodiscard]] bool is_mostly_occluded() const noexcept {
     return std::min(life_.track.visible_part, frame_.visible_fraction) < kClearlyVisible;
   }
   /// From the nearest point of its box to `observed_m`. The end that reappears first may be another than the last one
   /// visible.
-  [[nodiscard]] Eigen::Vector3d off_body(const Eigen::Vector3d& observed_m) const;
+  [[nodiscard]] Eigen::Vector3d offset_from_box(const Eigen::Vector3d& observed_m) const;
   /// Updates the track and the time since the previous frame.
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
   /// Visible fraction of its recent area: an occluder need not be a tracked object.
@@ -223,15 +223,15 @@ class ObjectState {
   /// Prediction of an object too far away for stereo: its last direction, if only the camera's rotation moves it in the
   /// image.
   [[nodiscard]] tracking::ObjectPrediction predict_direction(const Se3& T_world_cam) const;
-  void note_direction(const CameraState& camera);
-  [[nodiscard]] bool place(const StereoObservation& observation, const CameraState& camera);
+  void record_direction(const CameraState& camera);
+  [[nodiscard]] bool initialise_position(const StereoObservation& observation, const CameraState& camera);
 
   // Pose by the reconstruction.
   [[nodiscard]] bool locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera);
   [[nodiscard]] bool find_pose(const FeatureFrame& frame, const StereoObservation& observation,
                                const CameraState& camera);
   /// Most stereo points on its mask would be clearly outside its box at this pose.
-  [[nodiscard]] bool is_seen_elsewhere(const StereoObservation& observation, const Se3& T_obj_cam) const;
+  [[nodiscard]] bool is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const;
   void count_inconsistency(bool found) noexcept;
   /// The residuals have been too large for so long that the points must be wrong.
   [[nodiscard]] bool fails_residual_check(const CameraState& camera);
@@ -259,23 +259,23 @@ class ObjectState {
   /// Position fix by stereo.
   enum class Fix : std::uint8_t {
     kNone,
-    kForeseen,  ///< Consistent with the prediction, which is more certain than the measurement.
+    kConsistentWithPrediction,  ///< Consistent with the prediction, which is more certain than the measurement.
     kStereo,
   };
   /// Updates the filter by the measurements of this frame.
-  Fix measure(const StereoObservation& observation, const CameraState& camera);
-  Fix measure_place(const StereoObservation& observation, const CameraState& camera);
-  void measure_motion(const StereoObservation& observation, const CameraState& camera);
-  /// The centre of the visible part of a half hidden object lies in its predicted box: no new information.
-  [[nodiscard]] bool lies_on_body(const StereoObservation& observation, const CameraState& camera) const;
-  /// The centre of the visible part of a half hidden object may be anywhere on it, and so may one outside the filter's
-  /// gate: only its distance outside the box is evidence of another position.
+  Fix update_filter(const StereoObservation& observation, const CameraState& camera);
+  Fix update_filter_by_position(const StereoObservation& observation, const CameraState& camera);
+  void update_filter_by_motion(const StereoObservation& observation, const CameraState& camera);
+  /// The centre of the visible part of a partly visible object lies in its predicted box: no new information.
+  [[nodiscard]] bool is_on_predicted_box(const StereoObservation& observation, const CameraState& camera) const;
+  /// The centre of the visible part of a partly visible object may be anywhere on it, and so may one outside the
+  /// filter's gate: only its distance outside the box is evidence of another position.
   [[nodiscard]] objects::StereoPosition stereo_position(const StereoObservation& observation,
                                                         const CameraState& camera) const;
   [[nodiscard]] objects::Bearing mask_bearing() const;
   /// It cannot be where it is measured: its mask has switched to another object, or was on another one before.
-  void give_up_path(const StereoObservation& observation, const CameraState& camera);
-  void count_prediction(Fix fix) noexcept;
+  void restart_at_observation(const StereoObservation& observation, const CameraState& camera);
+  void update_status(Fix fix) noexcept;
   /// Standard deviation of the visible part's centre on the object: over the surface, and by the occluded part.
   [[nodiscard]] double extent_sigma_m(double depth_m) const;
   [[nodiscard]] double depth_sigma_m(double depth_m) const;
@@ -284,12 +284,12 @@ class ObjectState {
   /// Restarts the filter from a pose and velocity (body axes) of its path.
   void start_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept;
   /// Updates the probability of moving by the velocity of its path.
-  void weigh_motion() noexcept;
+  void update_moving_probability() noexcept;
   /// Velocity of the point at `arm_world_m` from the reference point, world frame.
   [[nodiscard]] static Eigen::Vector3d velocity_at(const trajectory::MotionEstimate& motion,
                                                    const Eigen::Vector3d& arm_world_m);
   /// Centre of the visible part, in the world.
-  [[nodiscard]] Eigen::Vector3d middle_m() const { return identity_.T_world_obj * -identity_.to_origin_m; }
+  [[nodiscard]] Eigen::Vector3d visible_center_m() const { return identity_.T_world_obj * -identity_.to_origin_m; }
   /// See trajectory::MotionSample.
   [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
   /// See trajectory::MotionSample.
@@ -304,7 +304,7 @@ class ObjectState {
   /// Of its mask, if it is detected.
   [[nodiscard]] std::optional<trajectory::MaskEdges> mask_edges() const;
   void update_box(const CameraState& camera, const trajectory::Ground& ground);
-  void follow_middle();
+  void update_reference_point();
   /// Of its box in a buffered result: that of the box on the object, and that of the object's pose.
   [[nodiscard]] Box3Sigma box_sigma(const ObjectResult& result) const;
 

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "camera/camera_tracker.hpp"
-#include "camera/jump_watch.hpp"
+#include "camera/cut_detector.hpp"
 #include "camera/rig_calibrator.hpp"
 #include "feature_prediction.hpp"
 #include "fixed_lag_results.hpp"
@@ -36,7 +36,7 @@ features::FeatureFrontEnd::PredictedMasks predicted_masks(const TrackFrame& trac
 /// Motion of the camera since the previous frame.
 struct EgoMotion {
   Se3 T_prev_cam;
-  bool jumped = false;  ///< There is a cut between the two frames.
+  bool is_cut = false;  ///< There is a cut between the two frames.
 };
 
 }  // namespace
@@ -56,7 +56,7 @@ struct Pipeline::Impl {
   FixedLagResults results;
   FrameResultBuilder output;
   FrameScratch scratch;
-  JumpWatch jump_watch;
+  CutDetector cut_detector;
   std::span<const Feature> previous_features{};
 
   // The stages of a frame.
@@ -72,13 +72,13 @@ struct Pipeline::Impl {
   void reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer);
   /// The track in this slot was detected where its object cannot be.
   void split(std::uint8_t slot);
-  /// Lists the slots of the tracks that `which` selects in scratch.slots.
-  template <typename Which>
-  void list_slots(const Which& which);
+  /// Lists the slots of the tracks that `predicate` selects in scratch.slots.
+  template <typename Predicate>
+  void list_slots(const Predicate& predicate);
   Status refine(const FeatureFrame& frame, StageObserver* observer);
   void conclude(const RectifiedPair& pair, const TrackFrame& tracks, StageObserver* observer);
   /// State of this frame, with the uncertainty of the calibration.
-  [[nodiscard]] CameraState camera_now() const;
+  [[nodiscard]] CameraState camera_state() const;
 
   /// After a cut: all tracks end with this frame.
   void end_tracks();
@@ -136,7 +136,7 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
                .output = FrameResultBuilder(c, arena),
                .scratch = FrameScratch(c, arena),
                // All tracks would be forgotten by then.
-               .jump_watch = JumpWatch(c.tracking.max_missed_s + c.tracking.max_unseen_s)});
+               .cut_detector = CutDetector(c.tracking.max_missed_s + c.tracking.max_unseen_s)});
   if (arena.exhausted()) {
     return fail(ErrorCode::kCapacity, "the arena does not hold the pipeline; size it from Pipeline::plan");
   }
@@ -153,11 +153,11 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& given, StageOb
   if (const Status valid = self.intake.check(given); !valid) {
     return Unexpected(valid.error());
   }
-  const Result<RectifiedPair> taken = self.take_in(given, observer);
-  if (!taken) {
-    return Unexpected(taken.error());
+  const Result<RectifiedPair> corrected = self.take_in(given, observer);
+  if (!corrected) {
+    return Unexpected(corrected.error());
   }
-  const RectifiedPair& pair = *taken;
+  const RectifiedPair& pair = *corrected;
   const Result<FeatureFrame> tracked = self.track_features(pair.timestamp_ns, observer);
   if (!tracked) {
     return Unexpected(tracked.error());
@@ -179,7 +179,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& given, StageOb
   if (const Status refined = self.refine(*frame, observer); !refined) {
     return Unexpected(refined.error());
   }
-  self.rig.observe(*frame, self.camera, ego.jumped);
+  self.rig.observe(*frame, self.camera, ego.is_cut);
   self.conclude(pair, *tracks, observer);
   return &self.output.result();
 }
@@ -220,24 +220,24 @@ Result<FeatureFrame> Pipeline::Impl::track_features(std::int64_t timestamp_ns, S
 
 EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver* observer) {
   const StageScope stage(observer, Stage::kEgoMotion);
-  const bool jumped = jump_watch.has_jumped(frame, previous_features.size(), front_end);
-  EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), jumped), jumped};
+  const bool is_cut = cut_detector.is_cut(frame, previous_features.size(), front_end);
+  EgoMotion ego{camera.locate(frame, frame.timestamp_ns - intake.last_timestamp_ns(), is_cut), is_cut};
   if (rig.must_restart() || front_end.row_search_began()) {
     camera.restart_map();
   }
   if (rig.must_restart_paths()) {
     objects.restart_paths();
   }
-  if (jumped) {
+  if (is_cut) {
     end_tracks();
     ground.reset();
   }
   return ego;
 }
 
-CameraState Pipeline::Impl::camera_now() const {
+CameraState Pipeline::Impl::camera_state() const {
   CameraState now = camera.state(0);
-  rig.describe(now);
+  rig.add_uncertainty(now);
   return now;
 }
 
@@ -254,13 +254,13 @@ Result<DetectionFrame> Pipeline::Impl::segment(const RectifiedPair& pair, const 
                              .features = frame.features,
                              .ego_valid = intake.frames() > 0 && camera.tracked(),
                              .T_prev_cam = ego.T_prev_cam,
-                             .jumped = ego.jumped});
+                             .jumped = ego.is_cut});
 }
 
 Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detections, const FeatureFrame& frame,
                                                  std::int64_t timestamp_ns, StageObserver* observer) {
   const StageScope stage(observer, Stage::kTrackObjects);
-  objects.prediction(timestamp_ns, camera.background().estimate().T_body_cam, scratch.object_predictions);
+  objects.predict(timestamp_ns, camera.background().estimate().T_body_cam, scratch.object_predictions);
   Result<TrackFrame> tracks = tracker.process(timestamp_ns, detections, frame.features, scratch.object_predictions);
   if (tracks) {
     objects.take_tracks(*tracks);
@@ -281,17 +281,17 @@ Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageOb
 void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kSfm);
   camera.extend(frame);
-  const CameraState now = camera_now();
+  const CameraState now = camera_state();
   const auto observe = [&](std::uint8_t slot) {
     return objects.observe(tracker.track_in(slot), frame, tracks.left_labels, now, front_end);
   };
-  list_slots([&](const Track& track) { return !objects.is_unplaced(track); });
+  list_slots([&](const Track& track) { return !objects.is_detected_without_position(track); });
   for (const std::uint8_t slot : scratch.slots) {
     if (!observe(slot)) {
       split(slot);
     }
   }
-  list_slots([&](const Track& track) { return objects.is_unplaced(track); });
+  list_slots([&](const Track& track) { return objects.is_detected_without_position(track); });
   for (const ReidentifiedObject& found : objects.reidentify(tracker.tracks(), frame, tracks.left_labels, now)) {
     tracker.merge_tracks(found.earlier_slot, found.slot);
     results.move_slot(found.track_id, found.slot);
@@ -308,19 +308,19 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
 
 void Pipeline::Impl::split(std::uint8_t slot) {
   const Track track = objects.slots()[slot].track_before();
-  if (const std::optional<std::uint8_t> waiting = tracker.split_track(slot, track)) {
-    objects.split(tracker.track_in(slot), tracker.track_in(*waiting));
-    results.move_slot(track.id, *waiting);
+  if (const std::optional<std::uint8_t> dormant = tracker.split_track(slot, track)) {
+    objects.split(tracker.track_in(slot), tracker.track_in(*dormant));
+    results.move_slot(track.id, *dormant);
   } else {
     tracker.terminate(slot);
   }
 }
 
-template <typename Which>
-void Pipeline::Impl::list_slots(const Which& which) {
+template <typename Predicate>
+void Pipeline::Impl::list_slots(const Predicate& predicate) {
   scratch.slots.clear();
   for (const Track& track : tracker.tracks()) {
-    if (which(track)) {
+    if (predicate(track)) {
       (void)scratch.slots.push_back(track.slot);  // as many places as slots
     }
   }
@@ -335,7 +335,7 @@ Status Pipeline::Impl::refine(const FeatureFrame& frame, StageObserver* observer
     return refined;
   }
   camera.background().conclude(bodies[0].summary);
-  const CameraState now = camera_now();
+  const CameraState now = camera_state();
   if (now.valid) {
     ground.update(camera.background().estimate().points, now.T_world_cam);
   }

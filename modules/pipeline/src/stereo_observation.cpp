@@ -13,12 +13,12 @@ namespace {
 
 constexpr std::size_t kMaxObservedFeatures = 256;  // Medians over more than this are no better.
 // Half the size of a feature's patch.
-constexpr int kBesideX_px = 8;
-constexpr int kBesideY_px = 5;
-constexpr double kClearlyNearer = 1.1;
+constexpr int kHalfPatchX_px = 8;
+constexpr int kHalfPatchY_px = 5;
+constexpr double kNearerDisparityRatio = 1.1;
 // Spread of the disparities of one object: absolute, and relative.
-constexpr double kMinSpread_px = 0.75;
-constexpr double kSpread = 0.1;
+constexpr double kMinDisparityTolerance_px = 0.75;
+constexpr double kRelativeDisparityTolerance = 0.1;
 constexpr std::size_t kDisparity = 2;  // Of an observation's (u, v, disparity).
 
 /// Component-wise medians.
@@ -44,11 +44,11 @@ class Medians {
     return medians;
   }
 
-  /// How many values of one quantity lie within `spread` of `value`.
-  [[nodiscard]] int count_near(std::size_t quantity, double value, double spread) const noexcept {
+  /// How many values of one quantity lie within `tolerance` of `value`.
+  [[nodiscard]] int count_near(std::size_t quantity, double value, double tolerance) const noexcept {
     const std::span<const double> values = std::span(values_[quantity]).first(count_);
-    return static_cast<int>(
-        std::count_if(values.begin(), values.end(), [&](double other) { return std::abs(other - value) <= spread; }));
+    return static_cast<int>(std::count_if(values.begin(), values.end(),
+                                          [&](double other) { return std::abs(other - value) <= tolerance; }));
   }
 
  private:
@@ -63,17 +63,17 @@ class Occluders {
       : frame_(frame), labels_(labels), own_(label) {}
 
   /// The feature lies at the contour of an object that is about as near or nearer.
-  [[nodiscard]] bool may_have(const Feature& feature) {
+  [[nodiscard]] bool may_contain(const Feature& feature) {
     if (labels_.empty()) {
       return false;
     }
     const auto x = static_cast<int>(std::lround(feature.left_px.x()));
     const auto y = static_cast<int>(std::lround(feature.left_px.y()));
-    const std::array<std::uint8_t, 4> beside{label_at(x - kBesideX_px, y), label_at(x + kBesideX_px, y),
-                                             label_at(x, y - kBesideY_px), label_at(x, y + kBesideY_px)};
-    return std::any_of(beside.begin(), beside.end(), [&](std::uint8_t other) {
+    const std::array<std::uint8_t, 4> neighbours{label_at(x - kHalfPatchX_px, y), label_at(x + kHalfPatchX_px, y),
+                                                 label_at(x, y - kHalfPatchY_px), label_at(x, y + kHalfPatchY_px)};
+    return std::any_of(neighbours.begin(), neighbours.end(), [&](std::uint8_t other) {
       return other != own_ && other != kBackgroundLabel && other != kIgnoreLabel &&
-             double{feature.disparity_px()} < kClearlyNearer * disparity_of(other);
+             double{feature.disparity_px()} < kNearerDisparityRatio * disparity_of(other);
     });
   }
 
@@ -83,7 +83,7 @@ class Occluders {
   }
   /// Median; 0 without features.
   [[nodiscard]] double disparity_of(std::uint8_t other) {
-    if (other != known_) {
+    if (other != cached_label_) {
       std::array<double, kMaxObservedFeatures> d;
       std::size_t count = 0;
       for (const Feature& feature : frame_.features) {
@@ -91,17 +91,17 @@ class Occluders {
           d[count++] = double{feature.disparity_px()};
         }
       }
-      known_ = other;
-      known_disparity_px_ = count > 0 ? median(std::span(d).first(count)) : 0.0;
+      cached_label_ = other;
+      cached_disparity_px_ = count > 0 ? median(std::span(d).first(count)) : 0.0;
     }
-    return known_disparity_px_;
+    return cached_disparity_px_;
   }
 
   const FeatureFrame& frame_;
   LabelView labels_;
   std::uint8_t own_;
-  std::uint8_t known_ = kBackgroundLabel;
-  double known_disparity_px_ = 0.0;
+  std::uint8_t cached_label_ = kBackgroundLabel;
+  double cached_disparity_px_ = 0.0;
 };
 
 }  // namespace
@@ -109,13 +109,13 @@ class Occluders {
 StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
                                  double min_disparity_px) {
   Occluders occluders(frame, labels, label);
-  Medians<3> place;
+  Medians<3> position;
   Medians<4> motion;
   for (const Feature& feature : frame.features) {
     if (feature.body == label && feature.has_right() && double{feature.disparity_px()} >= min_disparity_px &&
-        !place.full() && !occluders.may_have(feature)) {
+        !position.full() && !occluders.may_contain(feature)) {
       const Eigen::Vector2d now_px = feature.left_px.cast<double>();
-      place.add({now_px.x(), double{feature.v_px}, double{feature.disparity_px()}});
+      position.add({now_px.x(), double{feature.v_px}, double{feature.disparity_px()}});
       if (feature.age_frames > 0) {
         const Eigen::Vector2d moved_px = now_px - feature.previous_left_px.cast<double>();
         motion.add({now_px.x(), now_px.y(), moved_px.x(), moved_px.y()});
@@ -123,10 +123,11 @@ StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels, st
     }
   }
   StereoObservation observation;
-  observation.features = place.count();
-  observation.uvd_px = place.take();
-  observation.agreeing = place.count_near(kDisparity, observation.uvd_px[kDisparity],
-                                          std::max(kMinSpread_px, kSpread * observation.uvd_px[kDisparity]));
+  observation.features = position.count();
+  observation.uvd_px = position.take();
+  observation.agreeing = position.count_near(
+      kDisparity, observation.uvd_px[kDisparity],
+      std::max(kMinDisparityTolerance_px, kRelativeDisparityTolerance * observation.uvd_px[kDisparity]));
   observation.motion.features = motion.count();
   const Eigen::Vector4d now_and_moved_px = motion.take();
   observation.motion.now_px = now_and_moved_px.head<2>();
@@ -149,7 +150,7 @@ double mean_column(LabelView labels, const PixelBox& box, std::uint8_t label) {
       count += own;
     }
   }
-  return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : 0.5 * (box.x0 + box.x1 - 1);
+  return count > 0 ? static_cast<double>(sum) / static_cast<double>(count) : box.center_x();
 }
 
 }  // namespace kinetrace::pipeline

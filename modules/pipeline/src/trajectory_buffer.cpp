@@ -20,7 +20,7 @@ std::size_t beginning_of(ResultRing& ring, std::uint32_t track_id, std::size_t a
 }
 
 /// The age of the newest frame that refers to the same point.
-std::size_t sequel_of(ResultRing& ring, std::uint32_t track_id, std::size_t age) {
+std::size_t newest_of_point(ResultRing& ring, std::uint32_t track_id, std::size_t age) {
   for (const BufferedObject* next = after(ring, track_id, age);
        next != nullptr && next->change != FrameChange::kReplaced; next = after(ring, track_id, age)) {
     --age;
@@ -41,7 +41,7 @@ bool TrajectoryBuffer::ends_at(ResultRing& ring, std::uint32_t track_id, std::si
 std::optional<PathEnd> TrajectoryBuffer::smooth(ResultRing& ring, std::size_t pending, std::uint32_t track_id,
                                                 std::size_t age, bool at_rest) noexcept {
   const std::size_t end_age = beginning_of(ring, track_id, age) + 1;
-  const std::span<trajectory::PathNode> path = nodes_.first(end_age - sequel_of(ring, track_id, age));
+  const std::span<trajectory::PathNode> path = nodes_.first(end_age - newest_of_point(ring, track_id, age));
   for (std::size_t i = 0; i < path.size(); ++i) {
     const BufferedFrame& kept = ring.frame(end_age - 1 - i);
     const ObjectResult& object = kept.find(track_id)->result;

@@ -32,12 +32,12 @@ TranslationConsensus group_around(const Eigen::Vector3d& centre_m, std::span<con
 
 }  // namespace
 
-TranslationConsensus largest_group(std::span<const AppearanceMatch> matches, double most_m, double radius_m) {
+TranslationConsensus largest_group(std::span<const AppearanceMatch> matches, double max_shift_m, double radius_m) {
   const std::span<const AppearanceMatch> considered =
       matches.first(std::min(matches.size(), TranslationConsensus::kMaxMembers));
   TranslationConsensus largest;
   for (const AppearanceMatch& centre : considered) {
-    if (centre.shift_m.norm() > most_m) {
+    if (centre.shift_m.norm() > max_shift_m) {
       continue;
     }
     const TranslationConsensus group = group_around(centre.shift_m, considered, radius_m);

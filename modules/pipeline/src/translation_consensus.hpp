@@ -24,10 +24,10 @@ struct TranslationConsensus {
   std::size_t count = 0;
 };
 
-/// The largest group whose shifts lie within `radius_m` of one of them, which is at most `most_m` long. A feature that
-/// resembles several points (a fence, a tread), or several features that resemble one point, count once, by the nearest
-/// of their shifts. Matches beyond kMaxMembers are left out.
-[[nodiscard]] TranslationConsensus largest_group(std::span<const AppearanceMatch> matches, double most_m,
+/// The largest group whose shifts lie within `radius_m` of one of them, which is at most `max_shift_m` long. A feature
+/// that resembles several points (a fence, a tread), or several features that resemble one point, count once, by the
+/// nearest of their shifts. Matches beyond kMaxMembers are left out.
+[[nodiscard]] TranslationConsensus largest_group(std::span<const AppearanceMatch> matches, double max_shift_m,
                                                  double radius_m);
 
 }  // namespace kinetrace::pipeline

@@ -5,14 +5,13 @@
 
 #include <Eigen/LU>
 
+#include "kinetrace/core/median.hpp"
 #include "patch_similarity.hpp"
 #include "velocity_test.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
 
-/// 99.9 % quantile of chi-square with three degrees of freedom: larger innovations are outliers.
-constexpr double kInnovationGate = 16.3;
 /// Mean NIS over its expectation, beyond which no constant velocity fits.
 constexpr double kMaxNisRatio = 3.0;
 /// One observation in four may be an outlier.
@@ -153,7 +152,7 @@ void MotionEvidence::correct(Slot& slot, const Eigen::Vector3d& observation, con
   const Eigen::Matrix3d s_inverse = s.inverse();
   const Eigen::Vector3d innovation = observation - geometry_.project(p_cam);
   const double chi2 = innovation.dot(s_inverse * innovation);
-  if (!(chi2 <= kInnovationGate)) {
+  if (!(chi2 <= kChiSquareGate3)) {
     ++slot.successive_outliers;
     ++slot.outliers;
     return;

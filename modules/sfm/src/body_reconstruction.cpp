@@ -167,7 +167,7 @@ void BodyReconstruction::predict_features(std::span<const Feature> previous, std
       continue;
     }
     const Eigen::Vector3d p_cam = T_cam_body * p_body;
-    if (p_cam.z() < kMinDepth_m) {
+    if (p_cam.z() < kMinProjectionDepth_m) {
       continue;
     }
     const Eigen::Vector3d uvr = geometry_.project(p_cam);

@@ -74,7 +74,7 @@ void BodyReconstruction::merge_into_keyframe() {
     }
     const Eigen::Vector3d p_newest = T_newest_body * map_.point(row).position_m;
     const Eigen::Vector3d p_keyframe = T_keyframe_body * map_.point(row).position_m;
-    if (p_newest.z() < kMinDepth_m || p_keyframe.z() < kMinDepth_m) {
+    if (p_newest.z() < kMinProjectionDepth_m || p_keyframe.z() < kMinProjectionDepth_m) {
       continue;
     }
     const Eigen::Vector3f shift_px = (geometry_.project(p_keyframe) - geometry_.project(p_newest)).cast<float>();

@@ -11,29 +11,29 @@ namespace kinetrace::tracking {
 namespace {
 
 /// Standard deviations of an object's predicted position, relative to its size: without features, and with many.
-constexpr double kPlaceSigma = 0.15;
-constexpr double kFollowedSigma = 0.03;
+constexpr double kPositionSigma = 0.15;
+constexpr double kTrackedSigma = 0.03;
 /// ... and for each second without a detection.
-constexpr double kPlaceSigmaPerSecond = 0.4;
-constexpr double kPixel = 1.0;
+constexpr double kPositionSigmaPerSecond = 0.4;
+constexpr double kMinPositionSigma_px = 1.0;
 /// Number of features that halves the uncertainty of its motion.
-constexpr double kTellingFeatures = 4.0;
+constexpr double kFeaturesToHalveSigma = 4.0;
 /// Relative standard deviation where features and prediction are both wrong.
-constexpr double kAstraySigma = 0.3;
+constexpr double kFailedPredictionSigma = 0.3;
 /// Log prior of features and prediction both being wrong, for an object detected in the previous frame.
-constexpr double kPredictionFails = -3.0;
+constexpr double kLogPredictionFailure = -3.0;
 
 BoxPrediction box_at(const PixelBox& box, const Eigen::Vector2d& shift_px) {
   return {.low_px = Eigen::Vector2d(box.x0, box.y0) + shift_px, .high_px = Eigen::Vector2d(box.x1, box.y1) + shift_px};
 }
 
 /// The same position, known to about a pixel.
-BoxPrediction surely_at(const PixelBox& box, const Eigen::Vector2d& shift_px = Eigen::Vector2d::Zero()) {
-  BoxPrediction there = box_at(box, shift_px);
-  const double size_px = (there.high_px - there.low_px).cwiseMax(1.0).prod();
-  there.place_sigma_px.setConstant(kPixel + kFollowedSigma * std::sqrt(size_px));
-  there.size_sigma = kFollowedSigma;
-  return there;
+BoxPrediction certain_box_at(const PixelBox& box, const Eigen::Vector2d& shift_px = Eigen::Vector2d::Zero()) {
+  BoxPrediction prediction = box_at(box, shift_px);
+  const double size_px = (prediction.high_px - prediction.low_px).cwiseMax(1.0).prod();
+  prediction.position_sigma_px.setConstant(kMinPositionSigma_px + kTrackedSigma * std::sqrt(size_px));
+  prediction.size_sigma = kTrackedSigma;
+  return prediction;
 }
 
 /// Disparity of the object: predicted, or else last measured.
@@ -53,7 +53,7 @@ ExpectedDisparity expected_disparity(const TrackInstance& instance) {
 
 void StereoTracker::count_votes(LabelView detections, std::span<const Feature> features) noexcept {
   for (TrackInstance& instance : slots_) {
-    instance.votes_of_features = {};
+    instance.feature_votes = {};
   }
   if (detections.empty()) {
     return;
@@ -61,22 +61,22 @@ void StereoTracker::count_votes(LabelView detections, std::span<const Feature> f
   for (const Feature& feature : features) {
     const auto x = static_cast<int>(std::lround(feature.left_px.x()));
     const auto y = static_cast<int>(std::lround(feature.left_px.y()));
-    const bool carried = feature.age_frames > 0 && feature.body != kBackgroundLabel && feature.body <= slots_.size();
-    if (carried && x >= 0 && y >= 0 && x < detections.width && y < detections.height) {
-      FeatureVotes& votes = slots_[feature.body - 1U].votes_of_features;
+    const bool is_tracked = feature.age_frames > 0 && feature.body != kBackgroundLabel && feature.body <= slots_.size();
+    if (is_tracked && detections.contains(x, y)) {
+      FeatureVotes& votes = slots_[feature.body - 1U].feature_votes;
       ++votes.total;
       ++votes.on_label[detections.at(x, y)];
     }
   }
 }
 
-double StereoTracker::place_evidence(const TrackInstance& instance, const Detection& detection) const noexcept {
+double StereoTracker::position_evidence(const TrackInstance& instance, const Detection& detection) const noexcept {
   BoxPrediction whole;
   instance.mask.current_corners(whole.low_px, whole.high_px);
   whole.low_px.array() += 0.5;  // from the centre of a pixel to its edge
   whole.high_px.array() += 0.5;
   const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
-  const double unknown = kTellingFeatures / (kTellingFeatures + instance.votes_of_features.total);
+  const double unknown_fraction = kFeaturesToHalveSigma / (kFeaturesToHalveSigma + instance.feature_votes.total);
   const Eigen::Vector2d extent_px = (whole.high_px - whole.low_px).cwiseMax(1.0);
   // The extent beyond the image border is unknown; the longer side of the prediction stands for it.
   const PixelBox& box = instance.track.box_px;
@@ -85,22 +85,23 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
     size_px.x() = box.x0 <= 0 || box.x1 >= width_px_ ? extent_px.maxCoeff() : size_px.x();
     size_px.y() = box.y0 <= 0 || box.y1 >= height_px_ ? extent_px.maxCoeff() : size_px.y();
   }
-  const double relative_sigma = kFollowedSigma + kPlaceSigma * unknown + kPlaceSigmaPerSecond * std::max(missed_s, 0.0);
-  whole.place_sigma_px = (relative_sigma * size_px).array() + kPixel;
-  whole.size_sigma = kFollowedSigma + kPlaceSigma * unknown;
+  const double relative_sigma =
+      kTrackedSigma + kPositionSigma * unknown_fraction + kPositionSigmaPerSecond * std::max(missed_s, 0.0);
+  whole.position_sigma_px = (relative_sigma * size_px).array() + kMinPositionSigma_px;
+  whole.size_sigma = kTrackedSigma + kPositionSigma * unknown_fraction;
   const double unoccluded =
       instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
   whole.occluded = 1.0 - unoccluded;
   const auto evidence_at = [&](const BoxPrediction& expected) {
     return box_evidence(expected, detection.box_px, width_px_, height_px_);
   };
-  BoxPrediction astray = whole;  // its features or its trajectory follow another object
-  astray.place_sigma_px = (kAstraySigma * size_px).cwiseMax(whole.place_sigma_px);
-  astray.size_sigma = std::max(kAstraySigma, whole.size_sigma);
-  double best = std::max(evidence_at(whole), kPredictionFails + evidence_at(astray));
-  if (!wholly_in_view(instance) && !instance.overlap.box_px.empty()) {
+  BoxPrediction failed = whole;  // its features or its trajectory follow another object
+  failed.position_sigma_px = (kFailedPredictionSigma * size_px).cwiseMax(whole.position_sigma_px);
+  failed.size_sigma = std::max(kFailedPredictionSigma, whole.size_sigma);
+  double best = std::max(evidence_at(whole), kLogPredictionFailure + evidence_at(failed));
+  if (!is_unoccluded(instance) && !instance.overlap.box_px.empty()) {
     BoxPrediction visible = box_at(instance.overlap.box_px, Eigen::Vector2d::Zero());
-    visible.place_sigma_px = whole.place_sigma_px;
+    visible.position_sigma_px = whole.position_sigma_px;
     visible.size_sigma = whole.size_sigma;
     best = std::max(best, evidence_at(visible));
   }
@@ -109,33 +110,34 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
     const ObjectPrediction& now = instance.prediction;
     const bool moved = then.known && now.known && then.direction_only == now.direction_only;
     const Eigen::Vector2d shift_px = moved ? Eigen::Vector2d(now.point_px - then.point_px) : Eigen::Vector2d(0.0, 0.0);
-    best = std::max({best, kPredictionFails + evidence_at(surely_at(instance.track.box_px)),
-                     kPredictionFails + evidence_at(surely_at(instance.track.box_px, shift_px))});
+    best = std::max({best, kLogPredictionFailure + evidence_at(certain_box_at(instance.track.box_px)),
+                     kLogPredictionFailure + evidence_at(certain_box_at(instance.track.box_px, shift_px))});
   }
   const double visible = is_behind_camera(instance) ? 0.0 : unoccluded * instance.mask_part_in_image;
   return best + detection_evidence(visible);
 }
 
-double StereoTracker::part_on_others(const TrackInstance& instance, const Detection& detection) const noexcept {
-  int most_px = 0;
+double StereoTracker::overlap_fraction_with_others(const TrackInstance& instance,
+                                                   const Detection& detection) const noexcept {
+  int max_px = 0;
   for (const TrackInstance& other : slots_) {
     if (other.alive() && &other != &instance && classes_agree(other.track.class_id, detection.class_id)) {
-      most_px = std::max(most_px, other.overlap.on_label[detection.label]);
+      max_px = std::max(max_px, other.overlap.on_label[detection.label]);
     }
   }
-  return static_cast<double>(most_px) / detection.area_px;
+  return static_cast<double>(max_px) / detection.area_px;
 }
 
 double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
                                std::size_t samples) const noexcept {
-  const FeatureVotes& votes = instance.votes_of_features;
-  const bool followed = !instance.missed.exceeds(kCarriedByFeatures_ns);
+  const FeatureVotes& votes = instance.feature_votes;
+  const bool has_valid_features = !instance.missed.exceeds(kMaxFeatureGap_ns);
   const ExpectedDisparity expected = expected_disparity(instance);
-  return place_evidence(instance, detection) +
-         (followed ? feature_evidence(votes.on_label[detection.label], votes.total) : 0.0) +
+  return position_evidence(instance, detection) +
+         (has_valid_features ? feature_evidence(votes.on_label[detection.label], votes.total) : 0.0) +
          disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples) +
          (classes_agree(instance.track.class_id, detection.class_id) ? 0.0 : kOtherClassEvidence) -
-         fragment_evidence(part_on_others(instance, detection));
+         fragment_evidence(overlap_fraction_with_others(instance, detection));
 }
 
 void StereoTracker::associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept {

@@ -13,12 +13,12 @@ namespace {
 /// Expected new objects per frame that could be taken for a known one.
 constexpr double kNewObjects = 1.0;
 /// Log ratio of the largest to the smallest object: log sizes of new ones are uniform over it.
-constexpr double kLogSizes = 4.6;
+constexpr double kLogSizeRange = 4.6;
 /// Standard deviation of a mask's edge, and of the change of the outline with the viewpoint, relative to the size.
 constexpr double kEdgeSigma_px = 1.5;
 constexpr double kEdgeSigma = 0.04;
 /// Additional relative one per occluded part: the whole of such an object has seldom been observed.
-constexpr double kHiddenEdgeSigma = 0.2;
+constexpr double kOccludedEdgeSigma = 0.2;
 /// Bounds of the probability of an occluded edge: by an unknown occluder, and for a mostly occluded object that is
 /// detected nevertheless.
 constexpr double kMinOccluded = 0.005;
@@ -26,8 +26,8 @@ constexpr double kMaxOccluded = 0.5;
 /// An edge farther inside the predicted box counts as occluded.
 constexpr double kInsideSigmas = 2.0;
 /// Probability that a feature stays on its object, and that it lies on another one by chance.
-constexpr double kStaysOnObject = 0.9;
-constexpr double kLiesOnOther = 0.02;
+constexpr double kFeatureOnObjectProbability = 0.9;
+constexpr double kFeatureOnOtherProbability = 0.02;
 constexpr double kIndependentFeatures = 6.0;
 /// Standard deviation of the disparities of one object: of its features, and by its depth extent relative to its
 /// distance.
@@ -35,10 +35,10 @@ constexpr double kDisparitySigma_px = 0.5;
 constexpr double kDepthExtent = 0.06;
 constexpr double kDisparityRange_px = 30.0;  ///< Disparities of other objects are uniform over it.
 /// Probability that a feature on a mask belongs to another surface, as near contours. A few may all do so.
-constexpr double kForeignFeature = 0.3;
-constexpr std::size_t kMaxForeign = 6;
-constexpr double kDetectedInView = 0.95;
-constexpr double kMinDetected = 0.3;
+constexpr double kOutlierFeatureProbability = 0.3;
+constexpr std::size_t kMaxOutlierFeatures = 6;
+constexpr double kDetectionProbability = 0.95;
+constexpr double kMinDetectionProbability = 0.3;
 /// Fragments of a detected object for each new one beside it.
 constexpr double kFragmentsPerNew = 20.0;
 
@@ -76,7 +76,7 @@ double log_density(std::span<const Edge> edges, const BoxPrediction& predicted) 
       const Edge& b = edges[static_cast<std::size_t>(j)];
       covariance(i, j) =
           a.side * b.side * a.extent_px * b.extent_px * size_variance +
-          (a.axis == b.axis ? predicted.place_sigma_px[a.axis] * predicted.place_sigma_px[a.axis] : 0.0) +
+          (a.axis == b.axis ? predicted.position_sigma_px[a.axis] * predicted.position_sigma_px[a.axis] : 0.0) +
           (i == j ? a.sigma_px * a.sigma_px : 0.0);
     }
   }
@@ -88,10 +88,11 @@ double log_density(std::span<const Edge> edges, const BoxPrediction& predicted) 
 
 /// Edges of the detection. One at the image border is measured only if it was predicted inside; otherwise it is
 /// censored.
-std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& seen, int width_px, int height_px,
+std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& detected, int width_px, int height_px,
                                std::array<Edge, 4>& edges) {
-  const std::array<int, 4> at{seen.x0, seen.x1, seen.y0, seen.y1};
-  const std::array<bool, 4> at_border{seen.x0 <= 0, seen.x1 >= width_px, seen.y0 <= 0, seen.y1 >= height_px};
+  const std::array<int, 4> at{detected.x0, detected.x1, detected.y0, detected.y1};
+  const std::array<bool, 4> at_border{detected.x0 <= 0, detected.x1 >= width_px, detected.y0 <= 0,
+                                      detected.y1 >= height_px};
   std::size_t count = 0;
   for (std::size_t i = 0; i < at.size(); ++i) {
     const auto axis = static_cast<int>(i / 2);
@@ -102,8 +103,8 @@ std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& s
         .side = low ? -1.0 : 1.0,
         .extent_px = extent_px,
         .residual_px = at[i] - (low ? predicted.low_px : predicted.high_px)[axis],
-        .sigma_px =
-            std::hypot(kEdgeSigma_px, (kEdgeSigma + kHiddenEdgeSigma * std::max(predicted.occluded, 0.0)) * extent_px)};
+        .sigma_px = std::hypot(kEdgeSigma_px,
+                               (kEdgeSigma + kOccludedEdgeSigma * std::max(predicted.occluded, 0.0)) * extent_px)};
     if (!at_border[i] || edge.outward_px() > 0.0) {
       edges[count++] = edge;
     }
@@ -113,44 +114,45 @@ std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& s
 
 }  // namespace
 
-double box_evidence(const BoxPrediction& predicted, const PixelBox& seen, int width_px, int height_px) {
+double box_evidence(const BoxPrediction& predicted, const PixelBox& detected, int width_px, int height_px) {
   std::array<Edge, 4> all;
-  const std::span<const Edge> edges = edges_of(predicted, seen, width_px, height_px, all);
-  const double hidden = std::clamp(predicted.occluded, kMinOccluded, kMaxOccluded);
+  const std::span<const Edge> edges = edges_of(predicted, detected, width_px, height_px, all);
+  const double occluded = std::clamp(predicted.occluded, kMinOccluded, kMaxOccluded);
   double truncated = 0.0;
   std::array<Edge, 4> measured;
   std::size_t count = 0;
   for (const Edge& edge : edges) {
     const double sigma_px =
-        std::hypot(edge.sigma_px, predicted.place_sigma_px[edge.axis], 0.5 * predicted.size_sigma * edge.extent_px);
+        std::hypot(edge.sigma_px, predicted.position_sigma_px[edge.axis], 0.5 * predicted.size_sigma * edge.extent_px);
     if (edge.outward_px() < -kInsideSigmas * sigma_px) {
-      truncated += std::log(hidden) - std::log(edge.extent_px);
+      truncated += std::log(occluded) - std::log(edge.extent_px);
     } else {
       measured[count++] = edge;
     }
   }
-  const auto shown = static_cast<double>(count) * std::log(1.0 - hidden);
+  const auto shown = static_cast<double>(count) * std::log(1.0 - occluded);
   const double partly = truncated + shown + log_density(std::span(measured).first(count), predicted);
-  const double whole = static_cast<double>(edges.size()) * std::log(1.0 - hidden) + log_density(edges, predicted);
+  const double whole = static_cast<double>(edges.size()) * std::log(1.0 - occluded) + log_density(edges, predicted);
   // A new object: uniform position, log-uniform sizes. A censored edge contributes no factor.
-  const double per_axis[2] = {-std::log(static_cast<double>(width_px)) - std::log(kLogSizes * seen.width()),
-                              -std::log(static_cast<double>(height_px)) - std::log(kLogSizes * seen.height())};
-  double anything = std::log(kNewObjects);
+  const double per_axis[2] = {-std::log(static_cast<double>(width_px)) - std::log(kLogSizeRange * detected.width()),
+                              -std::log(static_cast<double>(height_px)) - std::log(kLogSizeRange * detected.height())};
+  double new_object = std::log(kNewObjects);
   for (const int axis : {0, 1}) {
     const auto on_axis =
         std::count_if(edges.begin(), edges.end(), [axis](const Edge& edge) { return edge.axis == axis; });
-    anything += 0.5 * static_cast<double>(on_axis) * per_axis[axis];
+    new_object += 0.5 * static_cast<double>(on_axis) * per_axis[axis];
   }
-  return std::max(whole, partly) - anything;
+  return std::max(whole, partly) - new_object;
 }
 
-double feature_evidence(int on_it, int total) {
+double feature_evidence(int on_detection, int total) {
   if (total == 0) {
     return 0.0;
   }
   const double weight = kIndependentFeatures / (kIndependentFeatures + total);
-  return weight * (on_it * std::log(kStaysOnObject / kLiesOnOther) +
-                   (total - on_it) * std::log((1.0 - kStaysOnObject) / (1.0 - kLiesOnOther)));
+  return weight *
+         (on_detection * std::log(kFeatureOnObjectProbability / kFeatureOnOtherProbability) +
+          (total - on_detection) * std::log((1.0 - kFeatureOnObjectProbability) / (1.0 - kFeatureOnOtherProbability)));
 }
 
 double disparity_evidence(double object_px, double object_sigma_px, double detection_px, std::size_t features) {
@@ -160,17 +162,18 @@ double disparity_evidence(double object_px, double object_sigma_px, double detec
   const double sigma_px = std::hypot(kDisparitySigma_px, kDepthExtent * object_px, object_sigma_px);
   const double sigmas = (detection_px - object_px) / sigma_px;
   const double same = log_normal_peak(sigma_px) - 0.5 * sigmas * sigmas + std::log(kDisparityRange_px);
-  const double all_foreign = static_cast<double>(std::min(features, kMaxForeign)) * std::log(kForeignFeature);
-  return std::max(same, all_foreign);
+  const double all_outliers =
+      static_cast<double>(std::min(features, kMaxOutlierFeatures)) * std::log(kOutlierFeatureProbability);
+  return std::max(same, all_outliers);
 }
 
 double detection_evidence(double visible) {
-  const double detected = std::max(kMinDetected, kDetectedInView * std::clamp(visible, 0.0, 1.0));
+  const double detected = std::max(kMinDetectionProbability, kDetectionProbability * std::clamp(visible, 0.0, 1.0));
   return std::log(detected / (1.0 - detected));
 }
 
-double fragment_evidence(double part_on_others) {
-  return std::log1p(kFragmentsPerNew * std::clamp(part_on_others, 0.0, 1.0));
+double fragment_evidence(double overlap_fraction_with_others) {
+  return std::log1p(kFragmentsPerNew * std::clamp(overlap_fraction_with_others, 0.0, 1.0));
 }
 
 }  // namespace kinetrace::tracking

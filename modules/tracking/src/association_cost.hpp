@@ -14,19 +14,20 @@ namespace kinetrace::tracking {
 struct BoxPrediction {
   Eigen::Vector2d low_px = Eigen::Vector2d::Zero();  ///< Edges as PixelBox has them; may lie outside the image.
   Eigen::Vector2d high_px = Eigen::Vector2d::Zero();
-  Eigen::Vector2d place_sigma_px = Eigen::Vector2d::Zero();  ///< Of the whole box, along each axis.
-  double size_sigma = 0.0;                                   ///< Of its size, relative, common to both axes.
-  double occluded = 0.0;                                     ///< Part of it that is expected to be occluded.
+  Eigen::Vector2d position_sigma_px = Eigen::Vector2d::Zero();  ///< Of the whole box, along each axis.
+  double size_sigma = 0.0;                                      ///< Of its size, relative, common to both axes.
+  double occluded = 0.0;                                        ///< Part of it that is expected to be occluded.
 };
 
 /// Evidence of the edges of a detection: the predicted object against a new one anywhere in the image, of any size. An
 /// edge at the image border only shows that the object reaches it, an occluded one only that the visible part lies
 /// within (extended objects: Granstroem, Baum, Reuter 2017).
-[[nodiscard]] double box_evidence(const BoxPrediction& predicted, const PixelBox& seen, int width_px, int height_px);
+[[nodiscard]] double box_evidence(const BoxPrediction& predicted, const PixelBox& detected, int width_px,
+                                  int height_px);
 
-/// `on_it` of the object's `total` features tracked into this frame lie on the detection. Errors of the features of one
-/// object are correlated, so that many count as a few.
-[[nodiscard]] double feature_evidence(int on_it, int total);
+/// `on_detection` of the object's `total` features tracked into this frame lie on the detection. Errors of the features
+/// of one object are correlated, so that many count as a few.
+[[nodiscard]] double feature_evidence(int on_detection, int total);
 
 /// Disparity of the object, not known if not positive, with the standard deviation of its prediction, and of the
 /// detection, the median over `features`. The fewer there are, the more likely all are outliers.
@@ -37,7 +38,7 @@ struct BoxPrediction {
 [[nodiscard]] double detection_evidence(double visible);
 
 /// Evidence that a detection with this part of it on other objects' masks is a fragment of one; to be subtracted.
-[[nodiscard]] double fragment_evidence(double part_on_others);
+[[nodiscard]] double fragment_evidence(double overlap_fraction_with_others);
 
 /// A network, or a vote over several frames, is hardly ever wrong about the class.
 inline constexpr double kOtherClassEvidence = -9.0;

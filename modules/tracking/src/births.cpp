@@ -10,18 +10,18 @@ namespace kinetrace::tracking {
 void StereoTracker::initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features) {
   counters_.detections += owner_.size();
   std::array<std::uint8_t, kMaxObjects> order{};
-  std::size_t waiting = 0;
+  std::size_t unassigned = 0;
   for (std::size_t v = 0; v < owner_.size(); ++v) {
     if (owner_[v] < 0) {
-      order[waiting++] = static_cast<std::uint8_t>(v);
+      order[unassigned++] = static_cast<std::uint8_t>(v);
     }
   }
-  std::sort(order.begin(), order.begin() + waiting, [&](std::uint8_t a, std::uint8_t b) {
+  std::sort(order.begin(), order.begin() + unassigned, [&](std::uint8_t a, std::uint8_t b) {
     const int area_a = detections.left[a].area_px;
     const int area_b = detections.left[b].area_px;
     return area_a != area_b ? area_a > area_b : a < b;
   });
-  for (std::size_t i = 0; i < waiting; ++i) {
+  for (std::size_t i = 0; i < unassigned; ++i) {
     const std::size_t v = order[i];
     if (detections.left[v].area_px < config_.min_area_px) {
       ++counters_.detections_dropped;
@@ -45,7 +45,7 @@ bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t i
     }
     const DisparityPlane own =
         fit_disparity(gather_samples(detections.left_labels, detection.label, features), scratch_);
-    if (!own.known || !instance.disparity.known || !clearly_nearer(own.mean_px, instance.disparity.mean_px)) {
+    if (!own.known || !instance.disparity.known || !is_significantly_nearer(own.mean_px, instance.disparity.mean_px)) {
       return true;
     }
   }
@@ -55,10 +55,10 @@ bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t i
 TrackInstance* StereoTracker::free_instance() noexcept {
   const auto found = std::find_if(slots_.begin(), slots_.end(),
                                   [](const TrackInstance& instance) { return instance.life == LifeState::kFree; });
-  return found == slots_.end() || alive() >= most_tracks_ ? nullptr : found;
+  return found == slots_.end() || alive() >= max_tracks_ ? nullptr : found;
 }
 
-void StereoTracker::be_born(TrackInstance& instance, std::uint16_t class_id) noexcept {
+void StereoTracker::initiate(TrackInstance& instance, std::uint16_t class_id) noexcept {
   const auto slot = static_cast<std::uint8_t>(&instance - slots_.begin());
   const ReferenceMask mask = instance.mask;
   const PixelBox box_px = instance.track.box_px;
@@ -69,7 +69,7 @@ void StereoTracker::be_born(TrackInstance& instance, std::uint16_t class_id) noe
   instance.detection = detection;
   instance.life = config_.confirm_frames == 1 ? LifeState::kConfirmed : LifeState::kTentative;
   for (TrackInstance& other : slots_) {
-    other.in_front &= ~(std::uint64_t{1} << slot);
+    other.occluder_slots &= ~(std::uint64_t{1} << slot);
   }
   instance.track.id = next_id_++;
   instance.track.slot = slot;
@@ -92,43 +92,43 @@ bool StereoTracker::start_track(const DetectionFrame& detections, std::size_t in
     return false;
   }
   instance->detection = static_cast<int>(index);
-  be_born(*instance, detections.left[index].class_id);
+  initiate(*instance, detections.left[index].class_id);
   owner_[index] = instance->track.slot;
   return true;
 }
 
 std::optional<std::uint8_t> StereoTracker::split_track(std::uint8_t slot, const Track& before) noexcept {
-  TrackInstance* const waiting = free_instance();
-  if (waiting == nullptr) {
+  TrackInstance* const dormant = free_instance();
+  if (dormant == nullptr) {
     return std::nullopt;
   }
-  TrackInstance& seen = slots_[slot];
-  const std::uint16_t class_id = seen.track.class_id;
-  const ReferenceMask empty = waiting->mask;
-  *waiting = seen;
-  waiting->mask = empty;
-  waiting->mask.capture(left_, {}, [](std::uint8_t, int, int) { return false; });
-  waiting->life = LifeState::kDormant;
-  waiting->detection = -1;
-  --waiting->matched_frames;
+  TrackInstance& detected = slots_[slot];
+  const std::uint16_t class_id = detected.track.class_id;
+  const ReferenceMask empty = dormant->mask;
+  *dormant = detected;
+  dormant->mask = empty;
+  dormant->mask.capture(left_, {}, [](std::uint8_t, int, int) { return false; });
+  dormant->life = LifeState::kDormant;
+  dormant->detection = -1;
+  --dormant->matched_frames;
   const std::int64_t missed_ns = before.missed_ns + interval_ns_;
-  waiting->missed = {};
-  waiting->missed.add_frame(2 * missed_ns);  // the first frame counts half
-  waiting->matched_timestamp_ns = timestamp_ns_ - missed_ns;
-  waiting->track = before;
-  waiting->track.slot = static_cast<std::uint8_t>(waiting - slots_.begin());
-  waiting->track.state = track_state(waiting->life);
-  ++waiting->track.missed_frames;
-  waiting->track.missed_ns = missed_ns;
-  waiting->track.box_px = {};
-  waiting->track.area_px = 0;
-  be_born(seen, class_id);
+  dormant->missed = {};
+  dormant->missed.add_frame(2 * missed_ns);  // the first frame counts half
+  dormant->matched_timestamp_ns = timestamp_ns_ - missed_ns;
+  dormant->track = before;
+  dormant->track.slot = static_cast<std::uint8_t>(dormant - slots_.begin());
+  dormant->track.state = track_state(dormant->life);
+  ++dormant->track.missed_frames;
+  dormant->track.missed_ns = missed_ns;
+  dormant->track.box_px = {};
+  dormant->track.area_px = 0;
+  initiate(detected, class_id);
   const auto published =
       std::find_if(published_.begin(), published_.end(), [slot](const Track& track) { return track.slot == slot; });
-  *published = seen.track;
-  (void)published_.push_back(waiting->track);  // as many places as slots
+  *published = detected.track;
+  (void)published_.push_back(dormant->track);  // as many places as slots
   sort_published();
-  return waiting->track.slot;
+  return dormant->track.slot;
 }
 
 int StereoTracker::alive() const noexcept {
@@ -144,7 +144,7 @@ void StereoTracker::prune_to_capacity() noexcept {
     };
     return rank(a) < rank(b);
   };
-  for (int count = alive(); count > most_tracks_; --count) {
+  for (int count = alive(); count > max_tracks_; --count) {
     end(*std::min_element(slots_.begin(), slots_.end(), goes_before));
   }
 }
@@ -156,8 +156,8 @@ void StereoTracker::evict_track(int for_area_px) noexcept {
     return (instance.tentative() ? 1 << 16 : 0) + instance.track.missed_frames;
   };
   for (TrackInstance& instance : slots_) {
-    const bool born_now = instance.track.age_frames == 0;
-    if (instance.alive() && !born_now && (smallest == nullptr || instance.track.area_px < smallest->track.area_px)) {
+    const bool is_new = instance.track.age_frames == 0;
+    if (instance.alive() && !is_new && (smallest == nullptr || instance.track.area_px < smallest->track.area_px)) {
       smallest = &instance;
     }
     if (!instance.alive() || instance.detection >= 0 ||

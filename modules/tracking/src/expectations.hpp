@@ -12,23 +12,23 @@ inline constexpr double kMinPredictionDepth_m = 0.2;
 
 /// A mask with less than this part in the image is not replaced by its visible rest, as long as the detection fits the
 /// prediction.
-inline constexpr double kWholeInImage = 0.99;
+inline constexpr double kMinFractionInImage = 0.99;
 
 /// Below this visible part of a mask no detection is expected.
 inline constexpr double kMinVisiblePart = 0.3;
 
 /// From this visible part of its predicted mask on, a track counts as unoccluded.
-inline constexpr double kWhollyInView = 0.9;
+inline constexpr double kMinUnoccludedFraction = 0.9;
 
-inline bool wholly_in_view(const TrackInstance& instance) noexcept {
-  return instance.overlap.area_px >= kWhollyInView * instance.predicted_px;
+inline bool is_unoccluded(const TrackInstance& instance) noexcept {
+  return instance.overlap.area_px >= kMinUnoccludedFraction * instance.predicted_px;
 }
 
 /// Maximum change of scale from frame to frame where features do not measure it.
 inline constexpr double kMaxGrowth = 1.25;
 
 /// A disparity greater by this margin is that of another object in front.
-inline bool clearly_nearer(float disparity_px, float than_px) noexcept {
+inline bool is_significantly_nearer(float disparity_px, float than_px) noexcept {
   return disparity_px > than_px + std::max(2.F, 0.15F * than_px);
 }
 

@@ -7,7 +7,7 @@ LifeState next_tentative(const LifeEvidence& evidence) noexcept {
   if (evidence.detected) {
     return evidence.often_detected ? LifeState::kConfirmed : LifeState::kTentative;
   }
-  const bool gone = evidence.vanished || evidence.missed || evidence.missed_tentative || evidence.forgotten;
+  const bool gone = evidence.vanished || evidence.missed || evidence.missed_tentative || evidence.coasted_too_long;
   return gone ? LifeState::kEnded : LifeState::kTentative;
 }
 
@@ -15,7 +15,7 @@ LifeState next_confirmed(LifeState state, const LifeEvidence& evidence) noexcept
   if (evidence.detected) {
     return LifeState::kConfirmed;
   }
-  if (evidence.forgotten || (!evidence.placed && (evidence.vanished || evidence.missed))) {
+  if (evidence.coasted_too_long || (!evidence.has_prediction && (evidence.vanished || evidence.missed))) {
     return LifeState::kEnded;
   }
   if (state == LifeState::kDormant || evidence.missed_in_sight) {

@@ -18,11 +18,11 @@ constexpr double kFarOutsidePx = 1e6;
 /// Features measure the change of scale to .3 px over their spread times the root of their number: at this bound as
 /// much as the nearest small objects grow from frame to frame. Less certain ones must not accumulate in an occluded
 /// mask, which no detection corrects.
-constexpr double kTellsSize_px = 60.0;
+constexpr double kMinScaleSupport_px = 60.0;
 /// Fewer occluded pixels may be the noise of masks.
-constexpr int kMinHiddenPx = 24;
+constexpr int kMinOccludedPx = 24;
 /// The front object occludes this many times more of the other than vice versa.
-constexpr int kHiddenRatio = 3;
+constexpr int kOcclusionRatio = 3;
 
 std::uint64_t slot_bit(const TrackInstance& instance) noexcept {
   return std::uint64_t{1} << instance.track.slot;
@@ -39,7 +39,7 @@ void StereoTracker::predict(std::span<const Feature> features) {
     instance.age.add_frame(interval_ns_);
     instance.track.age_ns = instance.age.ns();
     instance.motion = may_follow_occluder(instance) ? shift_of(instance) : predict_motion(instance, features);
-    if (instance.motion_from_flow || !place_by_prediction(instance)) {
+    if (instance.motion_from_flow || !place_mask_by_prediction(instance)) {
       instance.mask.move(instance.motion);
     }
   }
@@ -48,16 +48,16 @@ void StereoTracker::predict(std::span<const Feature> features) {
 bool StereoTracker::may_follow_occluder(const TrackInstance& instance) const noexcept {
   const bool missed = instance.track.missed_frames > 0;
   return instance.prediction.known &&
-         (instance.missed.exceeds(kCarriedByFeatures_ns) || (missed && is_out_of_view(instance)));
+         (instance.missed.exceeds(kMaxFeatureGap_ns) || (missed && is_out_of_view(instance)));
 }
 
 double StereoTracker::expected_growth(const TrackInstance& instance) noexcept {
   const ObjectPrediction& then = instance.previous_prediction;
   const ObjectPrediction& now = instance.prediction;
-  const bool placed = then.known && now.known && !then.direction_only && !now.direction_only &&
-                      then.depth_m > kMinPredictionDepth_m && now.depth_m > kMinPredictionDepth_m;
-  const double learnt = wholly_in_view(instance) ? instance.motion.scale() : 1.0;
-  const double growth = placed ? then.depth_m / now.depth_m : learnt;
+  const bool has_depths = then.known && now.known && !then.direction_only && !now.direction_only &&
+                          then.depth_m > kMinPredictionDepth_m && now.depth_m > kMinPredictionDepth_m;
+  const double last_growth = is_unoccluded(instance) ? instance.motion.scale() : 1.0;
+  const double growth = has_depths ? then.depth_m / now.depth_m : last_growth;
   return std::clamp(growth, 1.0 / kMaxGrowth, kMaxGrowth);
 }
 
@@ -71,9 +71,9 @@ Similarity StereoTracker::shift_of(TrackInstance& instance) noexcept {
   return with_growth(instance.motion, 1.0, instance.mask.current_center());
 }
 
-bool StereoTracker::shows_size(const TrackInstance& instance, std::size_t features) noexcept {
-  return wholly_in_view(instance) ||
-         std::sqrt(static_cast<double>(features) * instance.overlap.area_px) >= kTellsSize_px;
+bool StereoTracker::is_scale_observable(const TrackInstance& instance, std::size_t features) noexcept {
+  return is_unoccluded(instance) ||
+         std::sqrt(static_cast<double>(features) * instance.overlap.area_px) >= kMinScaleSupport_px;
 }
 
 void StereoTracker::set_predictions(std::span<const ObjectPrediction> object_predictions) noexcept {
@@ -83,15 +83,15 @@ void StereoTracker::set_predictions(std::span<const ObjectPrediction> object_pre
   }
 }
 
-bool StereoTracker::place_by_prediction(TrackInstance& instance) noexcept {
+bool StereoTracker::place_mask_by_prediction(TrackInstance& instance) noexcept {
   const ObjectPrediction& now = instance.prediction;
   const ObjectPrediction& then = instance.mask_prediction;
-  const bool unseen = instance.track.missed_frames > 0;
+  const bool is_missed = instance.track.missed_frames > 0;
   const auto put_outside = [&] {
     instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
     return true;
   };
-  if (unseen && is_behind_camera(instance)) {
+  if (is_missed && is_behind_camera(instance)) {
     return put_outside();
   }
   if (!now.known || !then.known || now.direction_only != then.direction_only) {
@@ -113,7 +113,7 @@ bool StereoTracker::place_by_prediction(TrackInstance& instance) noexcept {
     return place(then.depth_m / now.depth_m);
   }
   // It passes close by: while it is detected, its last motion is the better prediction.
-  return unseen && put_outside();
+  return is_missed && put_outside();
 }
 
 Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<const Feature> features) {
@@ -142,7 +142,7 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
                                   .max_edge_error_px = 4.0,
                                   .reach_px = instance.mask.current_reach_px()};
   if (const auto fitted = fit_similarity(moved, options, instance.track.id * 65537U + frame_)) {
-    return shows_size(instance, pairs)
+    return is_scale_observable(instance, pairs)
                ? *fitted
                : with_growth(*fitted, expected_growth(instance), instance.mask.current_center());
   }
@@ -153,19 +153,19 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
   return with_growth(instance.motion, expected_growth(instance), instance.mask.current_center());
 }
 
-bool StereoTracker::hides(const TrackInstance& front, const TrackInstance& behind) noexcept {
+bool StereoTracker::occludes(const TrackInstance& front, const TrackInstance& behind) noexcept {
   const bool contradicted = front.disparity.known && behind.disparity.known &&
-                            clearly_nearer(behind.disparity.mean_px, front.disparity.mean_px);
-  return (behind.in_front & slot_bit(front)) != 0 && !contradicted;
+                            is_significantly_nearer(behind.disparity.mean_px, front.disparity.mean_px);
+  return (behind.occluder_slots & slot_bit(front)) != 0 && !contradicted;
 }
 
-bool StereoTracker::nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
-  const bool a_hid_b = hides(a, b);
-  const bool b_hid_a = hides(b, a);
-  return a_hid_b != b_hid_a ? a_hid_b : is_nearer(a, b);
+bool StereoTracker::is_in_front(const TrackInstance& a, const TrackInstance& b) noexcept {
+  const bool a_occludes_b = occludes(a, b);
+  const bool b_occludes_a = occludes(b, a);
+  return a_occludes_b != b_occludes_a ? a_occludes_b : is_nearer_by_disparity(a, b);
 }
 
-bool StereoTracker::is_nearer(const TrackInstance& a, const TrackInstance& b) noexcept {
+bool StereoTracker::is_nearer_by_disparity(const TrackInstance& a, const TrackInstance& b) noexcept {
   const auto key = [](const TrackInstance& i) { return i.disparity.known ? i.disparity.mean_px : 0.F; };
   if (key(a) != key(b)) {
     return key(a) > key(b);
@@ -175,33 +175,34 @@ bool StereoTracker::is_nearer(const TrackInstance& a, const TrackInstance& b) no
 
 void StereoTracker::sort_far_to_near() noexcept {
   far_to_near_.clear();
-  std::uint64_t waiting = 0;
-  std::array<std::uint64_t, kMaxObjects> hidden{};  // By slot: the tracks that it occludes.
+  std::uint64_t remaining = 0;
+  std::array<std::uint64_t, kMaxObjects> occluded{};  // By slot: the tracks that it occludes.
   for (const TrackInstance& instance : slots_) {
     if (!instance.alive()) {
       continue;
     }
-    waiting |= slot_bit(instance);
-    for (std::uint64_t rest = instance.in_front; rest != 0; rest &= rest - 1) {
+    remaining |= slot_bit(instance);
+    for (std::uint64_t rest = instance.occluder_slots; rest != 0; rest &= rest - 1) {
       const auto front = static_cast<std::size_t>(std::countr_zero(rest));
-      hidden[front] |= hides(slots_[front], instance) ? slot_bit(instance) : 0U;
+      occluded[front] |= occludes(slots_[front], instance) ? slot_bit(instance) : 0U;
     }
   }
   // Topological order: the next track occludes none of the remaining ones; of several, the farthest. A cycle of
   // observed occlusions leaves none: then the farthest of all.
-  while (waiting != 0) {
+  while (remaining != 0) {
     const TrackInstance* next = nullptr;
-    bool next_hides = true;
-    for (std::uint64_t rest = waiting; rest != 0; rest &= rest - 1) {
+    bool next_occludes = true;
+    for (std::uint64_t rest = remaining; rest != 0; rest &= rest - 1) {
       const TrackInstance& candidate = slots_[static_cast<std::size_t>(std::countr_zero(rest))];
-      const bool candidate_hides = (hidden[candidate.track.slot] & waiting) != 0;
-      if (next == nullptr || (candidate_hides != next_hides ? next_hides : is_nearer(*next, candidate))) {
+      const bool candidate_occludes = (occluded[candidate.track.slot] & remaining) != 0;
+      if (next == nullptr ||
+          (candidate_occludes != next_occludes ? next_occludes : is_nearer_by_disparity(*next, candidate))) {
         next = &candidate;
-        next_hides = candidate_hides;
+        next_occludes = candidate_occludes;
       }
     }
     (void)far_to_near_.push_back(next->track.slot);  // as many places as slots
-    waiting &= ~slot_bit(*next);
+    remaining &= ~slot_bit(*next);
   }
 }
 
@@ -212,10 +213,10 @@ void StereoTracker::draw_predictions(LabelView detections) noexcept {
     TrackInstance& instance = slots_[slot];
     const std::uint8_t label = instance.track.label();
     int drawn = 0;
-    instance.whole_on_label.fill(0);
+    instance.whole_mask_on_label.fill(0);
     instance.mask_part_in_image = instance.mask.part_in_image();
     instance.mask.for_each_pixel(instance.mask.current_box(), [&](int x, int y) {
-      ++instance.whole_on_label[detections.empty() ? kBackgroundLabel : detections.at(x, y)];
+      ++instance.whole_mask_on_label[detections.empty() ? kBackgroundLabel : detections.at(x, y)];
       prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x] = label;
       ++drawn;
     });
@@ -224,22 +225,22 @@ void StereoTracker::draw_predictions(LabelView detections) noexcept {
 }
 
 void StereoTracker::estimate_occlusion_order(const DetectionFrame& detections) noexcept {
-  const auto hidden_by = [&](const TrackInstance& behind, const TrackInstance& front) {
+  const auto occluded_by = [&](const TrackInstance& behind, const TrackInstance& front) {
     return front.detection < 0
                ? 0
-               : behind.whole_on_label[detections.left[static_cast<std::size_t>(front.detection)].label];
+               : behind.whole_mask_on_label[detections.left[static_cast<std::size_t>(front.detection)].label];
   };
   for (TrackInstance& behind : slots_) {
     for (const TrackInstance& front : slots_) {
       if (!behind.alive() || !front.alive() || &behind == &front) {
         continue;
       }
-      const int hidden = hidden_by(behind, front);
+      const int occluded = occluded_by(behind, front);
       const std::uint64_t bit = slot_bit(front);
-      if (hidden >= kMinHiddenPx && hidden >= kHiddenRatio * hidden_by(front, behind)) {
-        behind.in_front |= bit;
-      } else if (hidden_by(front, behind) >= kMinHiddenPx) {
-        behind.in_front &= ~bit;
+      if (occluded >= kMinOccludedPx && occluded >= kOcclusionRatio * occluded_by(front, behind)) {
+        behind.occluder_slots |= bit;
+      } else if (occluded_by(front, behind) >= kMinOccludedPx) {
+        behind.occluder_slots &= ~bit;
       }
     }
   }

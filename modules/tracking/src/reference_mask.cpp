@@ -54,7 +54,7 @@ double ReferenceMask::current_reach_px() const noexcept {
 }
 
 Eigen::Vector2d ReferenceMask::current_center() const noexcept {
-  return now_from_ref_ * Eigen::Vector2d(0.5 * (box_.x0 + box_.x1 - 1), 0.5 * (box_.y0 + box_.y1 - 1));
+  return now_from_ref_ * Eigen::Vector2d(box_.center_x(), box_.center_y());
 }
 
 }  // namespace kinetrace::tracking

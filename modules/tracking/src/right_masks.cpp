@@ -88,14 +88,14 @@ void StereoTracker::associate_right(const DetectionFrame& detections) noexcept {
     PredictionOverlap overlap;
     measure_overlap(prediction_, instance.track.label(), instance.right_region_px, labels, overlap);
     instance.right_region_px = overlap.box_px;
-    instance.right_shown = instance.disparity.known && instance.predicted_px > 0
-                               ? static_cast<double>(overlap.area_px) / instance.predicted_px
-                               : 1.0;
+    instance.right_visible_fraction = instance.disparity.known && instance.predicted_px > 0
+                                          ? static_cast<double>(overlap.area_px) / instance.predicted_px
+                                          : 1.0;
     for (std::size_t v = 0; v < columns; ++v) {
       const Detection& detection = detections.right[v];
       const double fit = intersection_over_union(overlap.on_label[detection.label], overlap.area_px, detection.area_px);
-      const bool alike = fit >= config_.min_overlap && classes_agree(instance.track.class_id, detection.class_id);
-      affinity_(instance.track.slot, static_cast<int>(v)) = alike ? fit : 0.0;
+      const bool is_match = fit >= config_.min_overlap && classes_agree(instance.track.class_id, detection.class_id);
+      affinity_(instance.track.slot, static_cast<int>(v)) = is_match ? fit : 0.0;
     }
   }
   const Assignment match = maximum_weight_assignment(affinity_);

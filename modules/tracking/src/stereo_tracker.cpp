@@ -15,20 +15,20 @@ namespace {
 /// Features used per object; more do not improve four parameters.
 constexpr std::size_t kMaxFeaturesPerObject = 256;
 /// Minimum intersection over union of a detection that fits its prediction.
-constexpr double kStillFits = 0.6;
-constexpr double kMinPartToClaim = 0.2;
+constexpr double kMinMatchOverlap = 0.6;
+constexpr double kMinAssignableFraction = 0.2;
 /// Minimum part on the whole prediction of a detection that is a fragment of it.
-constexpr double kMinPartOnWhole = 0.5;
+constexpr double kMinFragmentFraction = 0.5;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 
-PixelBox common_part(const PixelBox& a, const PixelBox& b) noexcept {
+PixelBox intersection(const PixelBox& a, const PixelBox& b) noexcept {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
 /// Box of a whole object of which a part is seen: as large as predicted, moved as little as possible to contain that
 /// part.
-PixelBox slid_to_hold(const PixelBox& seen, const PixelBox& predicted) noexcept {
+PixelBox shifted_to_contain(const PixelBox& seen, const PixelBox& predicted) noexcept {
   const int width = std::max(seen.width(), predicted.width());
   const int height = std::max(seen.height(), predicted.height());
   const int x0 = std::clamp(predicted.x0, seen.x1 - width, seen.x0);
@@ -38,10 +38,7 @@ PixelBox slid_to_hold(const PixelBox& seen, const PixelBox& predicted) noexcept 
 
 /// Prediction for a track without one: the direction of its box, should it never get a position.
 ObjectPrediction direction_of(const PixelBox& box) noexcept {
-  return {.known = true,
-          .point_px = {0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1)},
-          .depth_m = 0.0,
-          .direction_only = true};
+  return {.known = true, .point_px = {box.center_x(), box.center_y()}, .depth_m = 0.0, .direction_only = true};
 }
 
 }  // namespace
@@ -206,7 +203,7 @@ void StereoTracker::accept_match(TrackInstance& instance, const Detection& detec
   instance.track.class_id = instance.votes.winner();
   advance(instance, {.detected = true, .often_detected = instance.matched_frames >= config_.confirm_frames});
   if (!instance.motion_from_flow) {
-    learn_motion(instance, detection);
+    correct_motion(instance, detection);
   }
   instance.matched_timestamp_ns = timestamp_ns_;
   instance.missed.reset();
@@ -216,17 +213,13 @@ void StereoTracker::accept_match(TrackInstance& instance, const Detection& detec
 
 // Without features the object's motion follows from its masks: the innovation, spread over the frames since the last
 // match, corrects the motion used for the next prediction.
-void StereoTracker::learn_motion(TrackInstance& instance, const Detection& detection) const noexcept {
+void StereoTracker::correct_motion(TrackInstance& instance, const Detection& detection) const noexcept {
   const PixelBox& predicted = instance.overlap.box_px;
-  const auto touches_border = [&](const PixelBox& box) {
-    return box.x0 <= 0 || box.y0 <= 0 || box.x1 >= width_px_ || box.y1 >= height_px_;
-  };
-  if (predicted.empty() || !wholly_in_view(instance) || touches_border(predicted) || touches_border(detection.box_px)) {
+  if (predicted.empty() || !is_unoccluded(instance) || predicted.touches_border(width_px_, height_px_) ||
+      detection.box_px.touches_border(width_px_, height_px_)) {
     return;
   }
-  const auto center = [](const PixelBox& box) {
-    return Eigen::Vector2d(0.5 * (box.x0 + box.x1 - 1), 0.5 * (box.y0 + box.y1 - 1));
-  };
+  const auto center = [](const PixelBox& box) { return Eigen::Vector2d(box.center_x(), box.center_y()); };
   const double frames = instance.track.missed_frames + 1.0;
   const double area_ratio = static_cast<double>(detection.area_px) / instance.overlap.area_px;
   const double scale = std::clamp(std::pow(area_ratio, 0.5 / frames), 1.0 / kMaxGrowth, kMaxGrowth);
@@ -239,8 +232,8 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
   instance.missed.add_frame(interval_ns_);
   instance.track.missed_ns = instance.missed.ns();
   LifeEvidence evidence;
-  evidence.placed = !instance.tentative() && instance.prediction.known;
-  evidence.in_plain_sight = !evidence.placed || !is_out_of_view(instance);
+  evidence.has_prediction = !instance.tentative() && instance.prediction.known;
+  evidence.in_plain_sight = !evidence.has_prediction || !is_out_of_view(instance);
   if (instance.tentative() && was_looked_for) {
     instance.tentative_missed.add_frame(interval_ns_);
   }
@@ -251,7 +244,7 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
   evidence.missed = instance.missed.exceeds(limits_.missed_ns);
   evidence.missed_in_sight = instance.missed_in_sight.exceeds(limits_.missed_ns);
   evidence.missed_tentative = instance.tentative_missed.exceeds(limits_.tentative_missed_ns);
-  evidence.forgotten = instance.missed.exceeds(limits_.unseen_ns + limits_.missed_ns);
+  evidence.coasted_too_long = instance.missed.exceeds(limits_.unseen_ns + limits_.missed_ns);
   advance(instance, evidence);
 }
 
@@ -266,8 +259,8 @@ void StereoTracker::advance(TrackInstance& instance, const LifeEvidence& evidenc
   counters_.confirmed += before == LifeState::kTentative && instance.life == LifeState::kConfirmed ? 1U : 0U;
 }
 
-double StereoTracker::part_on(const TrackInstance& instance, const Detection& detection) noexcept {
-  return static_cast<double>(instance.whole_on_label[detection.label]) / detection.area_px;
+double StereoTracker::overlap_fraction(const TrackInstance& instance, const Detection& detection) noexcept {
+  return static_cast<double>(instance.whole_mask_on_label[detection.label]) / detection.area_px;
 }
 
 bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
@@ -276,7 +269,7 @@ bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
 }
 
 bool StereoTracker::is_assignable(const TrackInstance& instance) const noexcept {
-  const bool nearly_outside = instance.track.missed_frames > 0 && instance.mask_part_in_image < kMinPartToClaim;
+  const bool nearly_outside = instance.track.missed_frames > 0 && instance.mask_part_in_image < kMinAssignableFraction;
   return !nearly_outside && instance.life != LifeState::kDormant;
 }
 
@@ -339,10 +332,10 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
 void StereoTracker::remember_mask(TrackInstance& instance, const Detection& detection) noexcept {
   const double fit =
       intersection_over_union(instance.overlap.on_label[detection.label], instance.overlap.area_px, detection.area_px);
-  const bool cut_off = instance.prediction.known && instance.mask_part_in_image < kWholeInImage;
-  if (((cut_off || !wholly_in_view(instance)) && fit > kStillFits) ||
-      (detection.area_px < instance.predicted_px && part_on(instance, detection) >= kMinPartOnWhole &&
-       misses_what_hides(instance))) {
+  const bool is_truncated = instance.prediction.known && instance.mask_part_in_image < kMinFractionInImage;
+  if (((is_truncated || !is_unoccluded(instance)) && fit > kMinMatchOverlap) ||
+      (detection.area_px < instance.predicted_px && overlap_fraction(instance, detection) >= kMinFragmentFraction &&
+       has_undetected_occluder(instance))) {
     return;
   }
   instance.mask_prediction = instance.prediction.known ? instance.prediction : direction_of(instance.track.box_px);
@@ -350,20 +343,20 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
   PixelBox box = instance.track.box_px;
   // Occlusion must not enlarge a mask: prediction errors would accumulate frame by frame.
   const PixelBox predicted_box =
-      common_part(instance.mask.current_box(), slid_to_hold(box, instance.mask.current_box()));
-  const bool partly_hidden = instance.overlap.area_px < instance.predicted_px;
-  if (!partly_hidden || predicted_box.empty()) {
+      intersection(instance.mask.current_box(), shifted_to_contain(box, instance.mask.current_box()));
+  const bool is_partly_occluded = instance.overlap.area_px < instance.predicted_px;
+  if (!is_partly_occluded || predicted_box.empty()) {
     instance.mask.capture(left_, box, [&](std::uint8_t pixel, int, int) { return pixel == label; });
     return;
   }
-  const auto hides = [&](std::uint8_t pixel) {
+  const auto is_occluder = [&](std::uint8_t pixel) {
     return pixel != label && pixel != kBackgroundLabel && pixel <= slots_.size() && slots_[pixel - 1U].alive() &&
-           nearer(slots_[pixel - 1U], instance);
+           is_in_front(slots_[pixel - 1U], instance);
   };
   instance.mask.for_each_pixel(predicted_box, [&](int x, int y) {
     std::uint8_t& pixel = prediction_.data[static_cast<std::ptrdiff_t>(y) * prediction_.stride + x];
     const std::uint8_t shown = left_.data[static_cast<std::ptrdiff_t>(y) * left_.stride + x];
-    pixel = hides(shown) ? kIgnoreLabel : pixel;  // the prediction image is reused for marks
+    pixel = is_occluder(shown) ? kIgnoreLabel : pixel;  // the prediction image is reused for marks
   });
   box.include(predicted_box.x0, predicted_box.y0);
   box.include(predicted_box.x1 - 1, predicted_box.y1 - 1);
@@ -377,11 +370,11 @@ void StereoTracker::remember_mask(TrackInstance& instance, const Detection& dete
   }
 }
 
-bool StereoTracker::misses_what_hides(const TrackInstance& instance) const noexcept {
-  for (std::uint64_t rest = instance.in_front; rest != 0; rest &= rest - 1) {
+bool StereoTracker::has_undetected_occluder(const TrackInstance& instance) const noexcept {
+  for (std::uint64_t rest = instance.occluder_slots; rest != 0; rest &= rest - 1) {
     const TrackInstance& front = slots_[static_cast<std::size_t>(std::countr_zero(rest))];
-    if (front.alive() && front.detection < 0 && hides(front, instance) &&
-        !common_part(front.mask.current_box(), instance.mask.current_box()).empty()) {
+    if (front.alive() && front.detection < 0 && occludes(front, instance) &&
+        !intersection(front.mask.current_box(), instance.mask.current_box()).empty()) {
       return true;
     }
   }
@@ -394,7 +387,7 @@ void StereoTracker::publish() noexcept {
     if (instance.alive()) {
       const int seen_px = instance.detection >= 0 ? instance.track.area_px : instance.overlap.area_px;
       const double shown = instance.predicted_px > 0 ? static_cast<double>(seen_px) / instance.predicted_px : 0.0;
-      const double both = std::min(shown, instance.right_shown);
+      const double both = std::min(shown, instance.right_visible_fraction);
       const double part = instance.track.age_frames == 0 ? 1.0 : both * instance.mask_part_in_image;
       instance.track.visible_part = static_cast<float>(std::min(part, 1.0));
       (void)published_.push_back(instance.track);  // as many places as slots

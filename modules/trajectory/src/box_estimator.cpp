@@ -11,22 +11,22 @@ namespace kinetrace::trajectory {
 namespace {
 
 constexpr std::size_t kSides = 8;            // Views, one for each eighth of the circle around the object.
-constexpr double kViewFades_s = 3.0;         // Time after which a view counts 1/e of an equally good new one.
-constexpr double kUnseenQuality = 0.5;       // Minimum factor of a view's quality per occluded edge.
+constexpr double kViewDecay_s = 3.0;         // Time after which a view counts 1/e of an equally good new one.
+constexpr double kMinEdgeQuality = 0.5;      // Minimum factor of a view's quality per occluded edge.
 constexpr float kMaxReprojection_px = 1.5F;  // Of a point; others are outliers.
 constexpr int kFirstIterations = 6;
 constexpr int kIterations = 2;
-constexpr int kChallengerIterations = 4;
-constexpr std::uint32_t kChallengedEvery = 2;  // Frames.
-constexpr double kClearlyBetter = 6.0;         // Twice the log-likelihood ratio at which a new box is accepted.
-constexpr double kRivalKept = 0.95;            // Factor of a rival's deviation per hypothesis tried.
-constexpr std::size_t kYaws = 6;               // Over half a circle.
+constexpr int kHypothesisIterations = 4;
+constexpr std::uint32_t kUpdatesPerHypothesis = 2;  // Frames.
+constexpr double kAcceptanceMargin = 6.0;           // Twice the log-likelihood ratio at which a new box is accepted.
+constexpr double kRivalDecay = 0.95;                // Factor of a rival's deviation per hypothesis tried.
+constexpr std::size_t kYaws = 6;                    // Over half a circle.
 constexpr double kBehindFace = 0.4;  // Distance of a body's centre behind its visible points, relative to its size.
-constexpr double kYawOfShape_rad = 0.025;  // Error of yaw by shape: bodies are rounded and not quite symmetric.
-constexpr double kTurnRate_radps = 0.3;    // Of vehicles, standard deviation.
+constexpr double kShapeYawSigma_rad = 0.025;  // Error of yaw by shape: bodies are rounded and not quite symmetric.
+constexpr double kTurnRateSigma_radps = 0.3;  // Of vehicles, standard deviation.
 constexpr double kQuarter_rad = 0.5 * std::numbers::pi;
 
-Eigen::Vector3d middle_of(std::span<const BodyPoint> points) {
+Eigen::Vector3d centroid(std::span<const BodyPoint> points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0.0;
   for (const BodyPoint& point : points) {
@@ -69,10 +69,10 @@ void BoxEstimator::keep_view(const BoxFrame& frame) noexcept {
   double quality = std::min(at[1] - at[0], at[3] - at[2]);
   for (std::size_t edge = 0; edge < at.size(); ++edge) {
     const double extent_px = edge < 2 ? at[1] - at[0] : at[3] - at[2];
-    quality *= std::max(1.0 - frame.edges->beyond_px[edge] / extent_px, kUnseenQuality);
+    quality *= std::max(1.0 - frame.edges->beyond_sigma_px[edge] / extent_px, kMinEdgeQuality);
   }
   const double age_s = 1e-9 * static_cast<double>(frame.timestamp_ns - view.timestamp_ns);
-  if (quality <= view.quality * std::exp(-age_s / kViewFades_s)) {
+  if (quality <= view.quality * std::exp(-age_s / kViewDecay_s)) {
     return;
   }
   view.T_obj_cam = frame.T_obj_cam;
@@ -91,23 +91,24 @@ void BoxEstimator::keep_view(const BoxFrame& frame) noexcept {
     }
   }
   depth_m /= std::max<double>(static_cast<double>(view.point_count), 1.0);
-  view.depth_sigma_m = frame.disparity_sigma_px * depth_m * depth_m / (geometry_.fx_px * geometry_.baseline_m);
+  view.depth_sigma_m = geometry_.depth_sigma_m(depth_m, frame.disparity_sigma_px);
 }
 
-const KindOfObject& BoxEstimator::likely_kind(const BoxFrame& frame) const noexcept {
-  const double depth_m = (frame.T_obj_cam.inverse() * middle_of(frame.points)).z();
+const KindOfObject& BoxEstimator::most_likely_kind(const BoxFrame& frame) const noexcept {
+  const double depth_m = (frame.T_obj_cam.inverse() * centroid(frame.points)).z();
   const double height_m = (frame.edges->at_px[3] - frame.edges->at_px[2]) * depth_m / geometry_.fy_px;
-  const auto fits = [&](const KindOfObject& kind) {
+  const auto log_probability = [&](const KindOfObject& kind) {
     const double z = (height_m - double{kind.mean_m.y()}) / (2.0 * double{kind.sigma_m.y()});
     return std::log(double{kind.share}) - 0.5 * z * z;
   };
   const std::span<const KindOfObject> kinds = sizes_.kinds_of(frame.class_id);
-  return *std::max_element(kinds.begin(), kinds.end(),
-                           [&](const KindOfObject& a, const KindOfObject& b) { return fits(a) < fits(b); });
+  return *std::max_element(kinds.begin(), kinds.end(), [&](const KindOfObject& a, const KindOfObject& b) {
+    return log_probability(a) < log_probability(b);
+  });
 }
 
 BoxState BoxEstimator::start_at(const BoxFrame& frame, double yaw_rad, const KindOfObject& kind) const noexcept {
-  BoxState start{middle_of(frame.points), yaw_rad, kind.mean_m.cast<double>()};
+  BoxState start{centroid(frame.points), yaw_rad, kind.mean_m.cast<double>()};
   Eigen::Vector3d ray = start.center_m - frame.T_obj_cam.translation;
   ray -= down_obj_ * down_obj_.dot(ray);
   if (ray.norm() > 1e-6) {
@@ -123,40 +124,41 @@ BoxState BoxEstimator::start_at(const BoxFrame& frame, double yaw_rad, const Kin
 void BoxEstimator::begin(const BoxFrame& frame, const BoxEvidence& evidence) noexcept {
   known_ = true;
   rival_ = Box3Sigma{};
-  take(fit_box(evidence, start_at(frame, heading_ ? heading_->yaw_rad : 0.0, likely_kind(frame)), kFirstIterations));
+  accept(fit_box(evidence, start_at(frame, heading_ ? heading_->yaw_rad : 0.0, most_likely_kind(frame)),
+                 kFirstIterations));
   for (std::size_t i = 1; i < kYaws && !heading_; ++i) {
     const double yaw_rad = static_cast<double>(i) * std::numbers::pi / kYaws;
-    challenge(evidence, start_at(frame, yaw_rad, likely_kind(frame)), kFirstIterations, 0.0);
+    test_hypothesis(evidence, start_at(frame, yaw_rad, most_likely_kind(frame)), kFirstIterations, 0.0);
   }
   for (const KindOfObject& kind : evidence.kinds) {
-    challenge(evidence, start_at(frame, state_.yaw_rad, kind), kFirstIterations, 0.0);
+    test_hypothesis(evidence, start_at(frame, state_.yaw_rad, kind), kFirstIterations, 0.0);
   }
 }
 
 /// Accepts the box fitted from `start` if it is more probable.
-void BoxEstimator::challenge(const BoxEvidence& evidence, const BoxState& start, int iterations,
-                             double margin) noexcept {
+void BoxEstimator::test_hypothesis(const BoxEvidence& evidence, const BoxState& start, int iterations,
+                                   double margin) noexcept {
   const BoxFit fit = fit_box(evidence, start, iterations);
   const BoxState former = state_;
-  const double behind = (fit.cost - cost_) / fit.misfit;
+  const double cost_difference = (fit.cost - cost_) / fit.misfit;
   if (fit.cost < cost_ - margin) {
-    take(fit);
-    note_rival(former, -behind);
+    accept(fit);
+    record_rival(former, -cost_difference);
   } else {
-    note_rival(fit.state, behind);
+    record_rival(fit.state, cost_difference);
   }
 }
 
 // One box is reported, so a rival counts by its deviation from that: the mean squared error of a mixture of the two. A
 // few iterations from a new start do not always find the best rival, so the largest recent deviation counts.
-void BoxEstimator::note_rival(const BoxState& rival, double behind) noexcept {
-  const double root = std::sqrt(1.0 / (1.0 + std::exp(0.5 * behind)));
+void BoxEstimator::record_rival(const BoxState& rival, double cost_difference) noexcept {
+  const double root = std::sqrt(1.0 / (1.0 + std::exp(0.5 * cost_difference)));
   const Eigen::Matrix3d axes = upright_axes(down_obj_, state_.yaw_rad);
   const Eigen::Vector3d off_m = (axes.transpose() * (rival.center_m - state_.center_m)).cwiseAbs();
   const double off_rad = std::abs(std::remainder(rival.yaw_rad - state_.yaw_rad, std::numbers::pi));
-  rival_.center_m = (kRivalKept * rival_.center_m).cwiseMax(root * off_m);
-  rival_.size_m = (kRivalKept * rival_.size_m).cwiseMax(root * (rival.size_m - state_.size_m).cwiseAbs());
-  rival_.yaw_rad = std::max(kRivalKept * rival_.yaw_rad, root * off_rad);
+  rival_.center_m = (kRivalDecay * rival_.center_m).cwiseMax(root * off_m);
+  rival_.size_m = (kRivalDecay * rival_.size_m).cwiseMax(root * (rival.size_m - state_.size_m).cwiseAbs());
+  rival_.yaw_rad = std::max(kRivalDecay * rival_.yaw_rad, root * off_rad);
 }
 
 Box3Sigma BoxEstimator::sigma() const noexcept {
@@ -166,19 +168,19 @@ Box3Sigma BoxEstimator::sigma() const noexcept {
 }
 
 /// The next hypothesis in turn: another kind or, while the heading is unknown, another yaw.
-BoxState BoxEstimator::challenger(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept {
+BoxState BoxEstimator::next_hypothesis(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept {
   const std::size_t kinds = evidence.kinds.size();
-  const std::size_t turn = updates_ / kChallengedEvery % (heading_ ? kinds : kinds + kYaws - 1);
+  const std::size_t turn = updates_ / kUpdatesPerHypothesis % (heading_ ? kinds : kinds + kYaws - 1);
   if (turn < kinds) {
     return start_at(frame, heading_ ? heading_->yaw_rad : state_.yaw_rad, evidence.kinds[turn]);
   }
   const double turned_rad = static_cast<double>(turn - kinds + 1) * std::numbers::pi / kYaws;
-  return start_at(frame, state_.yaw_rad + turned_rad, likely_kind(frame));
+  return start_at(frame, state_.yaw_rad + turned_rad, most_likely_kind(frame));
 }
 
 /// A heading stays valid as long as the object's frame turns with it; otherwise its uncertainty grows.
-void BoxEstimator::note_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept {
-  const double passed_s = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(frame.timestamp_ns - timestamp_ns_) : 0.0;
+void BoxEstimator::update_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept {
+  const double elapsed_s = timestamp_ns_ > 0 ? 1e-9 * static_cast<double>(frame.timestamp_ns - timestamp_ns_) : 0.0;
   timestamp_ns_ = frame.timestamp_ns;
   if (frame.heading) {
     if (!heading_) {
@@ -188,17 +190,17 @@ void BoxEstimator::note_heading(const BoxFrame& frame, const Ground& ground_obj)
     heading_ = Heading{upright_yaw(ground_obj.down, frame.T_world_obj.rotation.transpose() * along_world),
                        frame.heading->sigma_rad};
     sigma_.heading_known = true;
-  } else if (heading_ && !frame.turns_are_seen) {
-    heading_->sigma_rad = std::hypot(heading_->sigma_rad, kTurnRate_radps * passed_s);
+  } else if (heading_ && !frame.is_rotation_measured) {
+    heading_->sigma_rad = std::hypot(heading_->sigma_rad, kTurnRateSigma_radps * elapsed_s);
   }
 }
 
-void BoxEstimator::take(const BoxFit& fit) noexcept {
+void BoxEstimator::accept(const BoxFit& fit) noexcept {
   state_ = fit.state;
   cost_ = fit.cost;
   const Eigen::Matrix3d axes = upright_axes(down_obj_, state_.yaw_rad);
   sigma_.center_m = (axes.transpose() * fit.covariance.topLeftCorner<3, 3>() * axes).diagonal().cwiseSqrt();
-  sigma_.yaw_rad = std::hypot(std::sqrt(fit.covariance(3, 3)), kYawOfShape_rad);
+  sigma_.yaw_rad = std::hypot(std::sqrt(fit.covariance(3, 3)), kShapeYawSigma_rad);
   sigma_.size_m = fit.covariance.diagonal().tail<3>().cwiseSqrt();
 }
 
@@ -207,7 +209,7 @@ void BoxEstimator::update(const BoxFrame& frame) noexcept {
   ground_obj.sigma_m = std::hypot(ground_obj.sigma_m, ground_obj.slope_sigma_rad * frame.T_obj_cam.translation.norm());
   down_world_ = frame.ground.down;
   down_obj_ = ground_obj.down;
-  note_heading(frame, ground_obj);
+  update_heading(frame, ground_obj);
   if (!frame.edges || (!known_ && frame.points.empty())) {
     return;
   }
@@ -224,9 +226,9 @@ void BoxEstimator::update(const BoxFrame& frame) noexcept {
     begin(frame, evidence);
     return;
   }
-  take(fit_box(evidence, state_, kIterations));
-  if (!frame.points.empty() && updates_ % kChallengedEvery == 0) {
-    challenge(evidence, challenger(frame, evidence), kChallengerIterations, kClearlyBetter);
+  accept(fit_box(evidence, state_, kIterations));
+  if (!frame.points.empty() && updates_ % kUpdatesPerHypothesis == 0) {
+    test_hypothesis(evidence, next_hypothesis(frame, evidence), kHypothesisIterations, kAcceptanceMargin);
   }
 }
 

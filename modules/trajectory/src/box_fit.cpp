@@ -12,13 +12,13 @@
 namespace kinetrace::trajectory {
 namespace {
 
-constexpr double kMaskEdge_px = 1.5;    // Of a mask's edge, standard deviation.
-constexpr double kShape_m = 0.10;       // Deviation of a body's outline from its shape model.
-constexpr double kSurface_m = 0.06;     // Unevenness of its faces, outwards.
-constexpr double kRecess_m = 0.20;      // Mean depth of windows and other recesses behind a face.
-constexpr double kPointsPerView = 5.0;  // Independent points that all points of a view count as.
-constexpr double kRobust = 3.0;         // Scale of Cauchy's loss, in standard deviations.
-constexpr double kNearest_m = 0.3;      // Minimum depth of a corner: nearer ones are far outside the image.
+constexpr double kMaskEdgeSigma_px = 1.5;  // Of a mask's edge, standard deviation.
+constexpr double kShapeSigma_m = 0.10;     // Deviation of a body's outline from its shape model.
+constexpr double kSurfaceSigma_m = 0.06;   // Unevenness of its faces, outwards.
+constexpr double kMeanRecess_m = 0.20;     // Mean depth of windows and other recesses behind a face.
+constexpr double kPointsPerView = 5.0;     // Independent points that all points of a view count as.
+constexpr double kCauchyScale = 3.0;       // Scale of Cauchy's loss, in standard deviations.
+constexpr double kMinCornerDepth_m = 0.3;  // Minimum depth of a corner: nearer ones are far outside the image.
 constexpr double kMinSize_m = 0.2;
 constexpr double kCenterPrior_m = 4.0;  // About the start; regularises the system.
 constexpr double kYawPrior_rad = 1.5;
@@ -31,7 +31,7 @@ constexpr double kParameters = 3.0;  // Determined by measurements alone; sizes 
 
 // Points of outlines, in half lengths, half heights (down) and half widths of the box. A car's is symmetric: its front
 // may not be known.
-constexpr int kSaloonPoints = 20;
+constexpr int kSaloonOutlinePoints = 20;
 const std::array<Eigen::Vector3d, 8> kBoxOutline{{{-0.97, 1, -0.95},
                                                   {0.97, 1, -0.95},
                                                   {-0.97, 1, 0.95},
@@ -40,7 +40,7 @@ const std::array<Eigen::Vector3d, 8> kBoxOutline{{{-0.97, 1, -0.95},
                                                   {0.95, -1, -0.92},
                                                   {-0.95, -1, 0.92},
                                                   {0.95, -1, 0.92}}};
-const std::array<Eigen::Vector3d, kSaloonPoints> kSaloonOutline{
+const std::array<Eigen::Vector3d, kSaloonOutlinePoints> kSaloonOutline{
     {{-0.62, 1, -0.95},   {0.62, 1, -0.95},   {-0.62, 1, 0.95},   {0.62, 1, 0.95},     // Wheels.
      {-1, 0.6, -0.78},    {1, 0.6, -0.78},    {-1, 0.6, 0.78},    {1, 0.6, 0.78},      // Bumpers.
      {-0.88, 0.4, -1},    {0.88, 0.4, -1},    {-0.88, 0.4, 1},    {0.88, 0.4, 1},      // Flanks.
@@ -105,12 +105,12 @@ class Problem {
 
  private:
   void add(double residual, const Vector7d& J, double weight = 1.0) {
-    const double over = residual * residual / (kRobust * kRobust);
+    const double over = residual * residual / (kCauchyScale * kCauchyScale);
     const double robust = weight / (1.0 + over);
     H_ += robust * J * J.transpose();
     g_ += robust * residual * J;
     if (with_cost_) {
-      const double loss = weight * kRobust * kRobust * std::log1p(over);
+      const double loss = weight * kCauchyScale * kCauchyScale * std::log1p(over);
       cost_ += loss;
       misfit_ += loss;
       residuals_ += weight;
@@ -119,23 +119,23 @@ class Problem {
 
   void add_size_prior() {
     double total = 0.0;
-    double most = -std::numeric_limits<double>::infinity();
+    double max_density = -std::numeric_limits<double>::infinity();
     for (const KindOfObject& kind : evidence_.kinds) {
-      if (const double density = log_density(kind, state_.size_m); density > most) {
-        most = density;
+      if (const double density = log_density(kind, state_.size_m); density > max_density) {
+        max_density = density;
         shape_ = kind.shape;
       }
     }
     for (const KindOfObject& kind : evidence_.kinds) {
-      total += std::exp(log_density(kind, state_.size_m) - most);
+      total += std::exp(log_density(kind, state_.size_m) - max_density);
     }
     for (const KindOfObject& kind : evidence_.kinds) {
-      const double responsibility = std::exp(log_density(kind, state_.size_m) - most) / total;
+      const double responsibility = std::exp(log_density(kind, state_.size_m) - max_density) / total;
       const Eigen::Vector3d information = responsibility * kind.sigma_m.cast<double>().cwiseAbs2().cwiseInverse();
       H_.diagonal().tail<3>() += information;
       g_.tail<3>() += information.cwiseProduct(state_.size_m - kind.mean_m.cast<double>());
     }
-    cost_ -= 2.0 * (most + std::log(total));
+    cost_ -= 2.0 * (max_density + std::log(total));
   }
 
   void add_regularisation() {
@@ -184,7 +184,7 @@ class Problem {
     bool is_first = true;
     for (const Eigen::Vector3d& k : outline_of(shape_)) {
       Eigen::Vector3d p_cam = T_cam_obj * (state_.center_m + 0.5 * (A_ * k.cwiseProduct(state_.size_m)));
-      p_cam.z() = std::max(p_cam.z(), kNearest_m);
+      p_cam.z() = std::max(p_cam.z(), kMinCornerDepth_m);
       const Eigen::Vector3d uv = evidence_.geometry.project(p_cam);
       for (std::size_t side = 0; side < found.size(); ++side) {
         const double at_px = uv[static_cast<Eigen::Index>(side / 2)];
@@ -208,8 +208,8 @@ class Problem {
   void add_edge(const BoxView& view, const Eigen::Matrix3d& R_cam_obj, std::size_t side, const Extreme& extreme) {
     const double off_px = extreme.at_px - view.edges.at_px[side];
     const bool is_beyond = side % 2 == 0 ? off_px < 0.0 : off_px > 0.0;
-    const double beyond_px = is_beyond ? view.edges.beyond_px[side] : 0.0;
-    if (std::isinf(beyond_px)) {
+    const double beyond_sigma_px = is_beyond ? view.edges.beyond_sigma_px[side] : 0.0;
+    if (std::isinf(beyond_sigma_px)) {
       return;
     }
     const Eigen::Index axis = side < 2 ? 0 : 1;
@@ -223,7 +223,7 @@ class Problem {
     J.head<3>() = J_obj.transpose();
     J[3] = J_obj.dot(arm.z() * A_.col(0) - arm.x() * A_.col(2));
     J.tail<3>() = 0.5 * extreme.k.cwiseProduct((J_obj * A_).transpose());
-    const double sigma_px = std::hypot(kMaskEdge_px, kShape_m * per_m, beyond_px);
+    const double sigma_px = std::hypot(kMaskEdgeSigma_px, kShapeSigma_m * per_m, beyond_sigma_px);
     add(off_px / sigma_px, J / sigma_px);
   }
 
@@ -249,7 +249,7 @@ class Problem {
       const double depth_m = 0.5 * state_.size_m[axis] - side * q[axis];
       if (depth_m < 0.0) {
         is_outside = true;
-        add_face(depth_m, axis, side, q, std::hypot(kSurface_m, sigma_m[axis]), weight);
+        add_face(depth_m, axis, side, q, std::hypot(kSurfaceSigma_m, sigma_m[axis]), weight);
       }
     }
     return is_outside;
@@ -269,7 +269,7 @@ class Problem {
       }
     }
     if (nearest >= 0) {
-      add_face(nearest_m, nearest, std::copysign(1.0, camera[nearest]), q, kRecess_m + sigma_m[nearest], weight);
+      add_face(nearest_m, nearest, std::copysign(1.0, camera[nearest]), q, kMeanRecess_m + sigma_m[nearest], weight);
     }
   }
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/stereo_geometry.hpp"
 #include "velocity_fit.hpp"
 
 namespace kinetrace::trajectory {
@@ -13,12 +14,11 @@ namespace {
 
 constexpr std::size_t kMaxWindow = 21;  // The largest velocity_window_frames on both sides.
 // Samples farther away in time do not represent the velocity, whatever their number.
-constexpr double kMaxTime_s = 2.0;
+constexpr double kMaxSampleAge_s = 2.0;
 // Lower bounds for errors that covariances omit: those below a centimetre, and those that drift over frames.
 constexpr double kPositionFloor_m = 0.01;
 constexpr double kVelocityFloor_mps = 0.05;
 constexpr double kStopRatio = 0.5;
-constexpr double kErrorCorrelationTime_s = 0.5;  // Of MotionSample::correlated_covariance, at least.
 
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
@@ -99,7 +99,7 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   for (std::size_t i = newest; i <= oldest; ++i) {
     const MotionSample& sample = entry(i).sample;
     const double time_s = seconds_between(center.timestamp_ns, sample.timestamp_ns);
-    if (std::abs(time_s) <= kMaxTime_s) {
+    if (std::abs(time_s) <= kMaxSampleAge_s) {
       path[count++] = {time_s, sample.T_world_obj * reference_obj_, information_of(sample.position_covariance)};
       correlated_covariance = sample.correlated_covariance.trace() > correlated_covariance.trace()
                                   ? sample.correlated_covariance
@@ -113,19 +113,19 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   const VelocityFit fit = fit_velocity(std::span<const PathPoint>(path).first(count));
   estimate.covariance = fit.covariance + kVelocityFloor_mps * kVelocityFloor_mps * Eigen::Matrix3d::Identity();
   estimate.yaw_rate_rad_s = turn.rad_s();
-  const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelationTime_s);
+  const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelation_s);
   estimate.covariance += correlated_covariance / (correlation_s * correlation_s);
   estimate.apparent_covariance = estimate.covariance;
   estimate.covariance += disparity_sigma_px_ * disparity_sigma_px_ * center.covariance_per_disparity;
   const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
-  const double needed = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
+  const double min_significance = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
   const auto exceeds = [&](double significance, const Eigen::Matrix3d& covariance) {
     const double chi_square = fit.velocity_mps.dot(covariance.ldlt().solve(fit.velocity_mps));
     return chi_square > significance * significance && fit.velocity_mps.norm() > config_.min_moving_speed_mps;
   };
   if (count >= kMinSamples) {
     estimate.velocity_mps = fit.velocity_mps;
-    estimate.moving = exceeds(needed, estimate.covariance);
+    estimate.moving = exceeds(min_significance, estimate.covariance);
     estimate.apparently_moving = exceeds(config_.moving_significance, estimate.apparent_covariance);
   }
   return estimate;

@@ -11,7 +11,7 @@ constexpr std::uint16_t kOther = SizeTable::kOtherClasses;
 
 // Means and deviations from the labels of KITTI (Geiger et al. 2012), lengths of cars and widths without mirrors from
 // European registers. config/sizes.yaml is this table.
-const std::array<KindOfObject, 13> kUsual{{
+const std::array<KindOfObject, 13> kDefaultKinds{{
     {kVehicleClass, 0.80F, {4.25F, 1.50F, 1.76F}, {0.42F, 0.10F, 0.10F}, BodyShape::kSaloon},
     {kVehicleClass, 0.09F, {5.10F, 2.05F, 1.95F}, {0.50F, 0.22F, 0.12F}, BodyShape::kBox},
     {kVehicleClass, 0.04F, {6.60F, 2.70F, 2.20F}, {0.80F, 0.22F, 0.14F}, BodyShape::kBox},
@@ -29,13 +29,13 @@ const std::array<KindOfObject, 13> kUsual{{
 
 }  // namespace
 
-SizeTable::SizeTable() : SizeTable(kUsual) {}
+SizeTable::SizeTable() : SizeTable(kDefaultKinds) {}
 
 SizeTable::SizeTable(std::span<const KindOfObject> kinds) : count_(std::min(kinds.size(), kMaxKinds)) {
   std::copy_n(kinds.begin(), count_, kinds_.begin());
 }
 
-std::span<const KindOfObject> SizeTable::listed(std::uint16_t class_id) const noexcept {
+std::span<const KindOfObject> SizeTable::kinds_listed_for(std::uint16_t class_id) const noexcept {
   const auto is_of_class = [class_id](const KindOfObject& kind) { return kind.class_id == class_id; };
   const std::span<const KindOfObject> all = kinds();
   const auto first = std::find_if(all.begin(), all.end(), is_of_class);
@@ -43,8 +43,8 @@ std::span<const KindOfObject> SizeTable::listed(std::uint16_t class_id) const no
 }
 
 std::span<const KindOfObject> SizeTable::kinds_of(std::uint16_t class_id) const noexcept {
-  const std::span<const KindOfObject> own = listed(class_id);
-  return own.empty() ? listed(kOtherClasses) : own;
+  const std::span<const KindOfObject> own = kinds_listed_for(class_id);
+  return own.empty() ? kinds_listed_for(kOtherClasses) : own;
 }
 
 }  // namespace kinetrace::trajectory

@@ -19,9 +19,8 @@ constexpr double kHuber = 4.1;
 // Lower bounds of a pose's standard deviations: its covariance omits the correlated errors of the reconstruction.
 constexpr double kRotationFloor_rad = 5e-4;
 constexpr double kPositionFloor_m = 2e-3;
-// Standard deviations of the apparent velocity of an object at rest.
-constexpr double kRestSpeed_mps = 0.05;
-constexpr double kRestTurn_rad_s = 0.01;
+// Standard deviation of the apparent turn rate of an object at rest.
+constexpr double kRestTurnSigma_radps = 0.01;
 constexpr double kMinStep_s = 1e-4;
 
 double seconds(const PathNode& from, const PathNode& to) {
@@ -60,7 +59,7 @@ void TrajectorySmoother::add_measurement(const PathNode& node, BlockRow& row) co
   const double weight = distance <= kHuber ? 1.0 : kHuber / distance;
   const Matrix6d information = weight * ldlt.solve(Matrix6d::Identity());
   row.diagonal += information;
-  row.right -= information * error;
+  row.rhs -= information * error;
 }
 
 void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::size_t middle,
@@ -84,7 +83,7 @@ void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::siz
     }
     BlockRow& row = rows_[node - fixed];
     row.diagonal += jacobian[i].transpose() * jacobian[i];
-    row.right -= jacobian[i].transpose() * error;
+    row.rhs -= jacobian[i].transpose() * error;
     if (i + 1 < jacobian.size()) {
       row.next += jacobian[i].transpose() * jacobian[i + 1];
     }
@@ -97,19 +96,19 @@ void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::siz
 void TrajectorySmoother::add_rest(std::span<const PathNode> path, std::size_t to, std::size_t fixed) noexcept {
   const BodyVelocity velocity = differentiated_velocity(path[to - 1], path[to]);
   Vector6d weight;
-  weight << Eigen::Vector3d::Constant(1.0 / kRestTurn_rad_s), Eigen::Vector3d::Constant(1.0 / kRestSpeed_mps);
+  weight << Eigen::Vector3d::Constant(1.0 / kRestTurnSigma_radps), Eigen::Vector3d::Constant(1.0 / kRestSpeedSigma_mps);
   const Vector6d error = weight.cwiseProduct(velocity.value);
   const Matrix6d by_to = weight.asDiagonal() * velocity.by_to;
   BlockRow& row = rows_[to - fixed];
   row.diagonal += by_to.transpose() * by_to;
-  row.right -= by_to.transpose() * error;
+  row.rhs -= by_to.transpose() * error;
   if (to - 1 < fixed) {
     return;
   }
   const Matrix6d by_from = weight.asDiagonal() * velocity.by_from;
   BlockRow& before = rows_[to - 1 - fixed];
   before.diagonal += by_from.transpose() * by_from;
-  before.right -= by_from.transpose() * error;
+  before.rhs -= by_from.transpose() * error;
   before.next += by_from.transpose() * by_to;
 }
 
@@ -138,23 +137,23 @@ void TrajectorySmoother::solve(std::size_t count) noexcept {
       const Matrix6d factor = row.next.transpose() * row.diagonal;
       rows_[k + 1].diagonal -= factor * row.next;
       rows_[k + 1].next -= factor * row.after_next;
-      rows_[k + 1].right -= factor * row.right;
+      rows_[k + 1].rhs -= factor * row.rhs;
     }
     if (k + 2 < count) {
       const Matrix6d factor = row.after_next.transpose() * row.diagonal;
       rows_[k + 2].diagonal -= factor * row.after_next;
-      rows_[k + 2].right -= factor * row.right;
+      rows_[k + 2].rhs -= factor * row.rhs;
     }
   }
   for (std::size_t k = count; k-- > 0;) {
     BlockRow& row = rows_[k];
     if (k + 1 < count) {
-      row.right -= row.next * rows_[k + 1].right;
+      row.rhs -= row.next * rows_[k + 1].rhs;
     }
     if (k + 2 < count) {
-      row.right -= row.after_next * rows_[k + 2].right;
+      row.rhs -= row.after_next * rows_[k + 2].rhs;
     }
-    row.right = Vector6d(row.diagonal * row.right);
+    row.rhs = Vector6d(row.diagonal * row.rhs);
   }
 }
 
@@ -177,7 +176,7 @@ void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed, boo
     solve(count);
     double largest = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
-      const Vector6d& step = rows_[k].right;
+      const Vector6d& step = rows_[k].rhs;
       Se3& pose = path[fixed + k].smoothed;
       pose.rotation = orthonormalised(so3_exp(step.head<3>()) * pose.rotation);
       pose.translation += step.tail<3>();

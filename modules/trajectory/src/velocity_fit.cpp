@@ -4,14 +4,15 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetrace/core/median.hpp"
+
 namespace kinetrace::trajectory {
 namespace {
 
 constexpr double kSpeedPrior_mps = 50.0;
 constexpr double kAccelerationPrior_mps2 = 20.0;
 // Weight of the given covariance against the residuals' chi-square, in rows.
-constexpr double kGivenRows = 3.0;
-constexpr double kAccelerationGate = 16.3;  // 99.9 % of chi-square with three degrees of freedom.
+constexpr double kPriorDegreesOfFreedom = 3.0;
 
 template <int kOrder>
 struct Polynomial {
@@ -28,7 +29,7 @@ Polynomial<kOrder> fit(std::span<const PathPoint> points) {
   using Vector = Eigen::Matrix<double, kSize, 1>;
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   Matrix information = Matrix::Zero();
-  Vector right = Vector::Zero();
+  Vector rhs = Vector::Zero();
   information.diagonal().template segment<3>(3).setConstant(1.0 / (kSpeedPrior_mps * kSpeedPrior_mps));
   if constexpr (kOrder == 2) {
     // The coefficient is half the acceleration.
@@ -40,7 +41,7 @@ Polynomial<kOrder> fit(std::span<const PathPoint> points) {
     const Eigen::Vector3d weighted = point.information * (point.position_m - origin);
     double row_power = 1.0;
     for (int r = 0; r <= kOrder; ++r, row_power *= point.time_s) {
-      right.template segment<3>(3 * r) += row_power * weighted;
+      rhs.template segment<3>(3 * r) += row_power * weighted;
       double power = row_power;
       for (int c = 0; c <= kOrder; ++c, power *= point.time_s) {
         information.template block<3, 3>(3 * r, 3 * c) += power * point.information;
@@ -49,7 +50,7 @@ Polynomial<kOrder> fit(std::span<const PathPoint> points) {
   }
   const Eigen::LDLT<Matrix> solver(information);
   Polynomial<kOrder> out;
-  out.coefficients = solver.solve(right);
+  out.coefficients = solver.solve(rhs);
   const Matrix covariance = solver.solve(Matrix::Identity());
   for (const PathPoint& point : points) {
     Eigen::Vector3d residual = origin - point.position_m;
@@ -59,8 +60,9 @@ Polynomial<kOrder> fit(std::span<const PathPoint> points) {
     }
     out.chi_square += residual.dot(point.information * residual);
   }
-  const double freedom = std::max(3.0 * static_cast<double>(points.size()) - kSize, 0.0);
-  out.variance_factor = std::max(1.0, (kGivenRows + out.chi_square) / (kGivenRows + freedom));
+  const double degrees_of_freedom = std::max(3.0 * static_cast<double>(points.size()) - kSize, 0.0);
+  out.variance_factor =
+      std::max(1.0, (kPriorDegreesOfFreedom + out.chi_square) / (kPriorDegreesOfFreedom + degrees_of_freedom));
   out.velocity_covariance = out.variance_factor * covariance.template block<3, 3>(3, 3);
   return out;
 }
@@ -71,7 +73,7 @@ VelocityFit fit_velocity(std::span<const PathPoint> points) {
   const Polynomial<1> line = fit<1>(points);
   if (points.size() >= kMinAcceleratedPoints) {
     const Polynomial<2> curve = fit<2>(points);
-    if (line.chi_square - curve.chi_square > kAccelerationGate * curve.variance_factor) {
+    if (line.chi_square - curve.chi_square > kChiSquareGate3 * curve.variance_factor) {
       return {curve.coefficients.segment<3>(3), curve.velocity_covariance};
     }
   }

@@ -77,5 +77,19 @@ TEST(PixelBox, IsEmptyWhenEitherSideIsZero) {
   EXPECT_FALSE((PixelBox{1, 1, 2, 2}).empty());
 }
 
+TEST(PixelBox, ItsCentreIsThatOfItsPixels) {
+  const PixelBox box{2, 3, 5, 7};
+  EXPECT_EQ(box.center_x(), 3.0);
+  EXPECT_EQ(box.center_y(), 4.5);
+}
+
+TEST(PixelBox, TouchesTheBorderWithAnySide) {
+  EXPECT_FALSE((PixelBox{1, 1, 9, 7}).touches_border(10, 8));
+  EXPECT_TRUE((PixelBox{0, 1, 9, 7}).touches_border(10, 8));
+  EXPECT_TRUE((PixelBox{1, 0, 9, 7}).touches_border(10, 8));
+  EXPECT_TRUE((PixelBox{1, 1, 10, 7}).touches_border(10, 8));
+  EXPECT_TRUE((PixelBox{1, 1, 9, 8}).touches_border(10, 8));
+}
+
 }  // namespace
 }  // namespace kinetrace

@@ -34,6 +34,14 @@ TEST(StereoGeometry, TriangulateUndoesProject) {
   }
 }
 
+TEST(StereoGeometry, DepthSigmaIsTheSlopeOfTheDepth) {
+  constexpr double kSmall_px = 1e-4;
+  for (const double disparity_px : {2.0, 20.0}) {
+    const double change_m = kRig.depth_m(disparity_px) - kRig.depth_m(disparity_px + kSmall_px);
+    EXPECT_NEAR(kRig.depth_sigma_m(kRig.depth_m(disparity_px), 0.3) / (0.3 * change_m / kSmall_px), 1.0, 1e-3);
+  }
+}
+
 TEST(StereoGeometry, TheRightCameraIsTheLeftOneMovedByTheBaseline) {
   const Eigen::Vector3d p(-3.0, 1.5, 12.0);
   const Eigen::Vector3d from_right = p - Eigen::Vector3d(kRig.baseline_m, 0.0, 0.0);

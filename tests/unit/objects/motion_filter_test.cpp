@@ -42,11 +42,12 @@ MotionStart at(const Eigen::Vector3d& position_m, double sigma_m = 0.5) {
 }
 
 /// A start with a known velocity.
-MotionStart moving_at(const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps, double moving = 0.99) {
+MotionStart moving_at(const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps,
+                      double moving_probability = 0.99) {
   MotionStart start = at(position_m, 0.05);
   start.velocity.tail<3>() = velocity_mps;
   start.velocity_covariance = 0.01 * Eigen::Matrix3d::Identity();
-  start.moving = moving;
+  start.moving_probability = moving_probability;
   return start;
 }
 
@@ -56,7 +57,7 @@ MotionFilter started(const MotionStart& start, const MotionNoise& noise = {}) {
   return filter;
 }
 
-Eigen::Matrix3d place_covariance(const MotionFilter& filter) {
+Eigen::Matrix3d position_covariance(const MotionFilter& filter) {
   return filter.pose_covariance().bottomRightCorner<3, 3>();
 }
 
@@ -79,7 +80,7 @@ TEST(MotionFilter, FollowsAnObjectFromAMovingCamera) {
     filter.predict(i * kFrame_ns);
     EXPECT_TRUE(filter.update(stereo(noise(see(T_world_cam, position)), 1), T_world_cam)) << i;
   }
-  EXPECT_GT(filter.moving(), 0.9);
+  EXPECT_GT(filter.moving_probability(), 0.9);
   EXPECT_LT((filter.pose().translation - position).norm(), 0.5);
   EXPECT_LT((filter.velocity_mps() - velocity).norm(), 1.5);
 }
@@ -140,7 +141,7 @@ class MotionFilterBehind : public ::testing::Test {
 };
 
 TEST_F(MotionFilterBehind, FeaturesTellHowFastItGoesWhateverIsSeenOfIt) {
-  EXPECT_GT(filter_after(true).moving(), 0.9);
+  EXPECT_GT(filter_after(true).moving_probability(), 0.9);
   EXPECT_LT((filter_after(true).velocity_mps() - velocity_).head<2>().norm(), 0.5);
   EXPECT_GT((filter_after(false).velocity_mps() - velocity_).head<2>().norm(), 3.0) << "what is seen does not move";
 }
@@ -168,7 +169,7 @@ TEST(MotionFilter, CovarianceIsThatOfStereo) {
   const auto covariance_of = [&](int features) {
     MotionFilter filter = started(at(position, 1e4));
     EXPECT_TRUE(filter.update(stereo(see({}, position), features), {}));
-    return place_covariance(filter);
+    return position_covariance(filter);
   };
   const double depth_sigma = 40.0 * 40.0 / (721.0 * 0.54) * 0.5;
   EXPECT_NEAR(std::sqrt(covariance_of(1)(2, 2)), depth_sigma, 1e-3);
@@ -191,7 +192,7 @@ TEST(MotionFilter, CovarianceMatchesTheScatter) {
       (void)filter.update(stereo(noise(see({}, position)), 1), {});
       if (i == 14) {
         const Eigen::Vector3d error = filter.pose().translation - position;
-        normalised += error.dot(place_covariance(filter).ldlt().solve(error)) / (3.0 * kTrials);
+        normalised += error.dot(position_covariance(filter).ldlt().solve(error)) / (3.0 * kTrials);
       }
       const Eigen::Vector3d acceleration(gauss(noise.random), gauss(noise.random), gauss(noise.random));
       position += 0.1 * velocity + 0.005 * acceleration;
@@ -207,7 +208,7 @@ TEST(MotionFilter, PredictsAtConstantVelocityWithGrowingDoubt) {
   EXPECT_LT((foreseen.T_world_obj.translation - Eigen::Vector3d(0.5, 0.0, 19.0)).norm(), 1e-4);
   filter.predict(5 * kFrame_ns);
   EXPECT_LT((filter.pose().translation - foreseen.T_world_obj.translation).norm(), 1e-3);
-  EXPECT_GT(place_covariance(filter)(0, 0), 0.3);
+  EXPECT_GT(position_covariance(filter)(0, 0), 0.3);
   const Se3 before = filter.pose();
   filter.predict(5 * kFrame_ns);
   filter.predict(2 * kFrame_ns);
@@ -220,7 +221,7 @@ TEST(MotionFilter, DoubtGrowsByTimeWhateverTheRate) {
     for (int i = 1; i <= frames; ++i) {
       filter.predict(i * (1'000'000'000 / frames));
     }
-    return std::sqrt(place_covariance(filter)(0, 0));
+    return std::sqrt(position_covariance(filter)(0, 0));
   };
   EXPECT_NEAR(sigma_after_a_second(30), sigma_after_a_second(10), 0.02 * sigma_after_a_second(10));
 }
@@ -243,7 +244,7 @@ TEST(MotionFilter, WhatRestsStaysAndIsSoonKnownToRest) {
   }
   EXPECT_TRUE(filter.at_rest());
   EXPECT_LT((filter.pose().translation - Eigen::Vector3d(2.0, 0.0, 15.0)).norm(), 0.02);
-  EXPECT_LT(std::sqrt(place_covariance(filter)(0, 0)), 0.3);
+  EXPECT_LT(std::sqrt(position_covariance(filter)(0, 0)), 0.3);
 }
 
 TEST(MotionFilter, WhatIsSeenDecidesBetweenGoneOnAndStopped) {
@@ -256,7 +257,7 @@ TEST(MotionFilter, WhatIsSeenDecidesBetweenGoneOnAndStopped) {
       EXPECT_TRUE(filter.update(stereo(see({}, start + i * kFrame_s * truth_mps), 4, 0.3), {})) << i;
     }
     EXPECT_LT((filter.pose().translation - start - 12 * kFrame_s * truth_mps).norm(), 0.5);
-    return filter.moving();
+    return filter.moving_probability();
   };
   EXPECT_GT(moving_after(velocity), 0.9);
   EXPECT_LT(moving_after(Eigen::Vector3d::Zero()), 0.2);

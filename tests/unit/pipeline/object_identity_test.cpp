@@ -46,7 +46,7 @@ TEST_F(ObjectStateTest, KeepsItsPosesApartInTimeWhenItsTrackPassesToSomethingEls
   const std::vector<Feature> other = of_another(front({-1.5, 0.2, 5.0}));
   observe(object_, track(box_of(other)), other);
   ASSERT_TRUE(object_.identity_switched());
-  object_.wait_as(track({}, kMissed + 1));
+  object_.set_dormant(track({}, kMissed + 1));
   const Eigen::Vector3d reported_m = last.T_obj_cam.translation;
   object_.revise(kMissed + 1, camera_, last);
   EXPECT_LT((last.T_obj_cam.translation - reported_m).norm(), 0.1) << "a frame is " << 0.1 * kAcross_mps << " m";
@@ -89,28 +89,28 @@ TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
   // The camera turns to the right, so that the object leaves by the left.
   camera_.T_world_cam.rotation = so3_exp({0.0, 0.1 + half_view_rad, 0.0});
   observe(object_, track({}, 1));
-  EXPECT_TRUE(object_.may_come_back_as(redetected(at_left), camera_));
-  EXPECT_FALSE(object_.may_come_back_as(redetected(at_left, kPedestrianClass), camera_));
-  EXPECT_FALSE(object_.may_come_back_as(redetected(at_right), camera_));
-  EXPECT_FALSE(object_.may_come_back_as(redetected({3, row - 10, 8, row + 10}), camera_)) << "not at the border";
+  EXPECT_TRUE(object_.is_reentry_candidate(redetected(at_left), camera_));
+  EXPECT_FALSE(object_.is_reentry_candidate(redetected(at_left, kPedestrianClass), camera_));
+  EXPECT_FALSE(object_.is_reentry_candidate(redetected(at_right), camera_));
+  EXPECT_FALSE(object_.is_reentry_candidate(redetected({3, row - 10, 8, row + 10}), camera_)) << "not at the border";
   Track seen_before = redetected(at_left);
   seen_before.age_frames = 1;
-  EXPECT_FALSE(object_.may_come_back_as(seen_before, camera_)) << "beside it, when it was still seen";
+  EXPECT_FALSE(object_.is_reentry_candidate(seen_before, camera_)) << "beside it, when it was still seen";
   for (int missed = 2; missed < 12; ++missed) {
     observe(object_, track({}, missed));
   }
-  EXPECT_TRUE(object_.may_come_back_as(seen_before, camera_));
+  EXPECT_TRUE(object_.is_reentry_candidate(seen_before, camera_));
   Track for_long = redetected(at_left);
   for_long.age_frames = 6;
   for_long.age_ns = 6 * kFrame_ns + kFrame_ns / 2;
-  EXPECT_FALSE(object_.may_come_back_as(for_long, camera_)) << "stereo would have seen it";
+  EXPECT_FALSE(object_.is_reentry_candidate(for_long, camera_)) << "stereo would have seen it";
   camera_.T_world_cam.rotation.setIdentity();
-  EXPECT_FALSE(object_.may_come_back_as(redetected(at_left), camera_)) << "expected in the image";
+  EXPECT_FALSE(object_.is_reentry_candidate(redetected(at_left), camera_)) << "expected in the image";
 }
 
 TEST_F(ObjectStateTest, IsWhatIsSeenWithinReachOfItsPredictedBody) {
-  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
-  const std::vector<Feature> features = front(middle_m);
+  const Eigen::Vector3d center_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(center_m);
   object_.begin(track(box_of(features)));
   for (int frame = 0; frame < 12; ++frame) {
     observe(object_, track(box_of(features)), features);
@@ -119,7 +119,7 @@ TEST_F(ObjectStateTest, IsWhatIsSeenWithinReachOfItsPredictedBody) {
     observe(object_, track({}, missed));
   }
   const auto evidence = [&](double beside_m) {
-    return object_.position_evidence(stereo_at(middle_m + Eigen::Vector3d(beside_m, 0.0, 0.0)), redetected({}), camera_)
+    return object_.position_evidence(stereo_at(center_m + Eigen::Vector3d(beside_m, 0.0, 0.0)), redetected({}), camera_)
         .value();
   };
   EXPECT_GT(evidence(0.0), 3.0) << "far likelier than a new object";
@@ -128,8 +128,8 @@ TEST_F(ObjectStateTest, IsWhatIsSeenWithinReachOfItsPredictedBody) {
 }
 
 TEST_F(ObjectStateTest, IsNotWhatWasSeenBesideIt) {
-  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
-  const std::vector<Feature> features = front(middle_m);
+  const Eigen::Vector3d center_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(center_m);
   const PixelBox box = box_of(features);
   object_.begin(track(box));
   other_.begin(track(box));
@@ -141,16 +141,16 @@ TEST_F(ObjectStateTest, IsNotWhatWasSeenBesideIt) {
   }
   Track newer = redetected(box);
   newer.age_frames = 4;
-  EXPECT_TRUE(object_.position_evidence(stereo_at(middle_m), newer, camera_));
+  EXPECT_TRUE(object_.position_evidence(stereo_at(center_m), newer, camera_));
   EXPECT_TRUE(other_.bearing_evidence(newer, camera_));
   newer.age_frames = 5;
-  EXPECT_FALSE(object_.position_evidence(stereo_at(middle_m), newer, camera_)) << "first seen when this one was last";
+  EXPECT_FALSE(object_.position_evidence(stereo_at(center_m), newer, camera_)) << "first seen when this one was last";
   EXPECT_FALSE(other_.bearing_evidence(newer, camera_));
 }
 
 TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
-  const Eigen::Vector3d middle_m(0.3, 0.2, 6.0);
-  const std::vector<Feature> features = front(middle_m);
+  const Eigen::Vector3d center_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(center_m);
   object_.begin(track(box_of(features)));
   for (int frame = 0; frame < 12; ++frame) {
     observe(object_, track(box_of(features)), features);
@@ -165,7 +165,7 @@ TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
   other_.begin(redetected);
   other_.continue_from(object_);
   EXPECT_EQ(other_.track().id, 1U);
-  EXPECT_TRUE(other_.placed());
+  EXPECT_TRUE(other_.has_position());
   ObjectResult after;
   other_.report(after);
   other_.describe_motion(0, after);

@@ -50,12 +50,12 @@ class ObjectStateTest : public ::testing::Test {
     object.conclude({}, camera_, {});
   }
 
-  /// A grid of features on a front of 1.6 m by 1.2 m around `middle_m`, in the camera's frame.
-  std::vector<Feature> front(const Eigen::Vector3d& middle_m) const {
+  /// A grid of features on a front of 1.6 m by 1.2 m around `center_m`, in the camera's frame.
+  std::vector<Feature> front(const Eigen::Vector3d& center_m) const {
     std::vector<Feature> features;
     for (int row = 0; row < 4; ++row) {
       for (int column = 0; column < 5; ++column) {
-        const Eigen::Vector3d p = middle_m + Eigen::Vector3d(0.4 * column - 0.8, 0.4 * row - 0.6, 0.1 * (row % 2));
+        const Eigen::Vector3d p = center_m + Eigen::Vector3d(0.4 * column - 0.8, 0.4 * row - 0.6, 0.1 * (row % 2));
         const Eigen::Vector3d uvr_px = geometry_.project(p);
         Feature feature;
         feature.slot = static_cast<std::uint16_t>(features.size());
@@ -120,7 +120,7 @@ class ObjectStateTest : public ::testing::Test {
       }
       observe(object, at_the_border(seen.features), seen.features);
       object.report(seen.reported);
-      object.learn_motion(seen.reported.T_world_obj, velocity);
+      object.reinitialise_filter(seen.reported.T_world_obj, velocity);
     }
     EXPECT_EQ(seen.reported.status, BodyStatus::kTracked);
     return seen;

@@ -37,10 +37,10 @@ TEST_F(ObjectStateTest, HasNoPlaceWhereItsFeaturesDisagreeHowFarAwayItIs) {
   features[0].u_right_px -= 0.2F * features[0].disparity_px();  // It blends with the foreground.
   object_.begin(track(box_of(features)));
   observe(object_, track(box_of(features)), features);
-  EXPECT_FALSE(object_.placed());
+  EXPECT_FALSE(object_.has_position());
   features[0] = features[1];
   observe(object_, track(box_of(features)), features);
-  EXPECT_TRUE(object_.placed());
+  EXPECT_TRUE(object_.has_position());
 }
 
 TEST_F(ObjectStateTest, ItsFeaturesTellHowItMovesWhileMoreAndMoreOfItIsSeen) {
@@ -93,7 +93,7 @@ TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUncertainToShowIt) 
     }
     observe(object_, seen, features);
     object_.report(reported);
-    object_.learn_motion(reported.T_world_obj, velocity);
+    object_.reinitialise_filter(reported.T_world_obj, velocity);
   }
   ASSERT_EQ(reported.status, BodyStatus::kTracked);
   for (int missed = 1; missed <= 4; ++missed) {
@@ -128,7 +128,7 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   const Vector6d approaching = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(0.0, 0.0, -8.0)).finished();
   ObjectResult reported = moves_at_the_border(object_, approaching, 12).reported;
   const Vector6d wild = (Vector6d() << Eigen::Vector3d::Zero(), Eigen::Vector3d(-10.0, 0.0, -90.0)).finished();
-  object_.learn_motion(reported.T_world_obj, wild);
+  object_.reinitialise_filter(reported.T_world_obj, wild);
   constexpr double kSecond_z_m = 8.0;
   const std::vector<Feature> second = of_another(front({-0.5, 0.2, kSecond_z_m}));
   for (int frame = 0; frame < 10; ++frame) {
@@ -150,16 +150,16 @@ TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen)
   const Eigen::Vector3d start_m((2.0 - geometry_.cx_px) / geometry_.fx_px * 15.0 + 0.8, 0.2, 15.0);
   moves_at_the_border(object_, velocity, kFrames, start_m);
   // It turns back while mostly occluded, and only three features are seen.
-  Eigen::Vector3d middle_m = start_m + 0.1 * (kFrames - 1) * velocity.tail<3>();
+  Eigen::Vector3d center_m = start_m + 0.1 * (kFrames - 1) * velocity.tail<3>();
   const auto off_m = [&] {
     ObjectResult reported;
     object_.report(reported);
-    return std::abs(reported.T_world_obj.translation.x() - middle_m.x());
+    return std::abs(reported.T_world_obj.translation.x() - center_m.x());
   };
   double farthest_m = 0.0;
   for (int frame = 0; frame < 30; ++frame) {
-    middle_m.x() -= 0.1 * across_mps;
-    std::vector<Feature> features = front(middle_m);
+    center_m.x() -= 0.1 * across_mps;
+    std::vector<Feature> features = front(center_m);
     Track seen = track(box_of(features));
     seen.visible_part = 0.4F;
     features.resize(3);
@@ -178,30 +178,30 @@ TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
   constexpr int kSeen = 9;
   constexpr int kHidden = 12;
   // Its observed position has an error in depth, but its speed is still observable.
-  const auto seen_at = [](const Eigen::Vector3d& middle_m, int frame) {
-    return Eigen::Vector3d(middle_m + Eigen::Vector3d(0.0, 0.0, frame % 2 == 0 ? 0.8 : -0.8));
+  const auto seen_at = [](const Eigen::Vector3d& center_m, int frame) {
+    return Eigen::Vector3d(center_m + Eigen::Vector3d(0.0, 0.0, frame % 2 == 0 ? 0.8 : -0.8));
   };
-  Eigen::Vector3d middle_m(-1.0, 0.2, 34.0);
+  Eigen::Vector3d center_m(-1.0, 0.2, 34.0);
   ObjectResult reported;
   for (int frame = 0; frame < kSeen; ++frame) {
-    middle_m += 0.1 * approach_mps;
-    const std::vector<Feature> features = front(seen_at(middle_m, frame));
+    center_m += 0.1 * approach_mps;
+    const std::vector<Feature> features = front(seen_at(center_m, frame));
     if (frame == 0) {
       object_.begin(track(box_of(features)));
     }
     observe(object_, track(box_of(features)), features);
     object_.report(reported);
     object_.describe_motion(0, reported);
-    object_.learn_motion(reported.T_world_obj, (Vector6d() << Eigen::Vector3d::Zero(), approach_mps).finished());
+    object_.reinitialise_filter(reported.T_world_obj, (Vector6d() << Eigen::Vector3d::Zero(), approach_mps).finished());
   }
   ASSERT_EQ(reported.status, BodyStatus::kTracked);
   ASSERT_FALSE(reported.moving) << "or it goes on as it surely went";
-  const double offset_m = reported.T_world_obj.translation.x() - middle_m.x();
+  const double offset_m = reported.T_world_obj.translation.x() - center_m.x();
   camera_.T_world_cam_before = camera_.T_world_cam;
   for (int frame = 0; frame < kHidden; ++frame) {
-    const std::vector<Feature> before = front(middle_m);
-    middle_m += 0.1 * aside_mps;
-    std::vector<Feature> features = front(seen_at(middle_m, frame));
+    const std::vector<Feature> before = front(center_m);
+    center_m += 0.1 * aside_mps;
+    std::vector<Feature> features = front(seen_at(center_m, frame));
     for (std::size_t i = 0; i < features.size(); ++i) {
       features[i].id += static_cast<std::uint32_t>(100 * (frame + 1));
       features[i].previous_left_px = before[i].left_px;
@@ -211,13 +211,13 @@ TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
     observe(object_, seen, features);
     object_.report(reported);
   }
-  EXPECT_NEAR(reported.T_world_obj.translation.x() - offset_m, middle_m.x(), 1.0);
+  EXPECT_NEAR(reported.T_world_obj.translation.x() - offset_m, center_m.x(), 1.0);
 }
 
 // A parked vehicle returns to view under a new track, for a moment; then part of it is seen without features.
 TEST_F(ObjectStateTest, WhatRestedStillRestsWhenItIsFoundForAMoment) {
-  const Eigen::Vector3d middle_m(0.0, 0.2, 10.0);
-  const std::vector<Feature> features = front(middle_m);
+  const Eigen::Vector3d center_m(0.0, 0.2, 10.0);
+  const std::vector<Feature> features = front(center_m);
   const PixelBox box = box_of(features);
   object_.begin(track(box));
   for (int frame = 0; frame < 20; ++frame) {

@@ -11,10 +11,10 @@ namespace {
 constexpr int kImageWidth = 640;
 constexpr int kImageHeight = 240;
 
-BoxPrediction predicted_at(const PixelBox& box, double place_sigma_px = 4.0, double size_sigma = 0.05) {
+BoxPrediction predicted_at(const PixelBox& box, double position_sigma_px = 4.0, double size_sigma = 0.05) {
   return {.low_px = {box.x0, box.y0},
           .high_px = {box.x1, box.y1},
-          .place_sigma_px = {place_sigma_px, place_sigma_px},
+          .position_sigma_px = {position_sigma_px, position_sigma_px},
           .size_sigma = size_sigma};
 }
 
@@ -26,13 +26,13 @@ constexpr PixelBox kCar{300, 80, 360, 120};
 
 TEST(BoxEvidence, FallsWithTheSquaredInnovationInSigmas) {
   const BoxPrediction predicted = predicted_at(kCar, 4.0, 0.0);
-  const double at_its_place = box_evidence(predicted, kCar, kImageWidth, kImageHeight);
-  EXPECT_GT(at_its_place, 5.0);
+  const double at_predicted_position = box_evidence(predicted, kCar, kImageWidth, kImageHeight);
+  EXPECT_GT(at_predicted_position, 5.0);
   // Both edges of the axis share the position error, and each has 1.5 px and 4 % of 60 px: their mean has half that
   // variance.
   const double variance_px2 = 4.0 * 4.0 + 0.5 * (1.5 * 1.5 + 2.4 * 2.4);
   for (const int dx : {3, -3, 5}) {
-    const double expected = at_its_place - 0.5 * dx * dx / variance_px2;
+    const double expected = at_predicted_position - 0.5 * dx * dx / variance_px2;
     EXPECT_NEAR(box_evidence(predicted, moved(kCar, dx), kImageWidth, kImageHeight), expected, 1e-9) << dx;
   }
   EXPECT_LT(box_evidence(predicted, moved(kCar, 40), kImageWidth, kImageHeight), 0.0);

@@ -25,14 +25,15 @@ LifeEvidence evidence(void (*set)(LifeEvidence&)) {
 const LifeEvidence kNothing;
 const LifeEvidence kDetected = evidence([](LifeEvidence& e) { e.detected = true; });
 const LifeEvidence kOftenDetected = evidence([](LifeEvidence& e) { e.detected = e.often_detected = true; });
-const LifeEvidence kUnplacedVanished = evidence([](LifeEvidence& e) { e.in_plain_sight = e.vanished = true; });
-const LifeEvidence kUnplacedMissed = evidence([](LifeEvidence& e) { e.in_plain_sight = e.missed = true; });
+const LifeEvidence kVanishedWithoutPrediction = evidence([](LifeEvidence& e) { e.in_plain_sight = e.vanished = true; });
+const LifeEvidence kMissedWithoutPrediction = evidence([](LifeEvidence& e) { e.in_plain_sight = e.missed = true; });
 const LifeEvidence kTentativeMissed = evidence([](LifeEvidence& e) { e.missed_tentative = true; });
-const LifeEvidence kInSight = evidence([](LifeEvidence& e) { e.placed = e.in_plain_sight = true; });
-const LifeEvidence kOutOfSight = evidence([](LifeEvidence& e) { e.placed = e.vanished = e.missed = true; });
+const LifeEvidence kInSight = evidence([](LifeEvidence& e) { e.has_prediction = e.in_plain_sight = true; });
+const LifeEvidence kOutOfSight = evidence([](LifeEvidence& e) { e.has_prediction = e.vanished = e.missed = true; });
 const LifeEvidence kLongInSight =
-    evidence([](LifeEvidence& e) { e.placed = e.in_plain_sight = e.missed = e.missed_in_sight = true; });
-const LifeEvidence kForgotten = evidence([](LifeEvidence& e) { e.placed = e.missed = e.forgotten = true; });
+    evidence([](LifeEvidence& e) { e.has_prediction = e.in_plain_sight = e.missed = e.missed_in_sight = true; });
+const LifeEvidence kCoastedTooLong =
+    evidence([](LifeEvidence& e) { e.has_prediction = e.missed = e.coasted_too_long = true; });
 const LifeEvidence kTerminated = evidence([](LifeEvidence& e) { e.detected = e.terminated = true; });
 
 class LifeCycle : public ::testing::TestWithParam<Transition> {};
@@ -48,9 +49,9 @@ std::vector<Transition> transitions() {
       {"TentativeIsOftenDetected", kTentative, kOftenDetected, kConfirmed},
       {"TentativeIsMissedOnce", kTentative, kNothing, kTentative},
       {"TentativeIsLookedForInVain", kTentative, kTentativeMissed, kEnded},
-      {"TentativeVanishes", kTentative, kUnplacedVanished, kEnded},
-      {"TentativeIsMissedForLong", kTentative, kUnplacedMissed, kEnded},
-      {"TentativeIsForgotten", kTentative, kForgotten, kEnded},
+      {"TentativeVanishes", kTentative, kVanishedWithoutPrediction, kEnded},
+      {"TentativeIsMissedForLong", kTentative, kMissedWithoutPrediction, kEnded},
+      {"TentativeIsForgotten", kTentative, kCoastedTooLong, kEnded},
       {"FreeStaysFree", kFree, kOftenDetected, kFree},
       {"EndedStaysEnded", kEnded, kOftenDetected, kEnded},
   };
@@ -66,9 +67,9 @@ std::vector<Transition> transitions() {
       all.push_back({of + "IsOutOfSight", from, kOutOfSight, kHidden});
     }
     all.push_back({of + "IsMissedInSightForLong", from, kLongInSight, kDormant});
-    all.push_back({of + "WithoutAPlaceVanishes", from, kUnplacedVanished, kEnded});
-    all.push_back({of + "WithoutAPlaceIsMissedForLong", from, kUnplacedMissed, kEnded});
-    all.push_back({of + "IsForgotten", from, kForgotten, kEnded});
+    all.push_back({of + "WithoutAPlaceVanishes", from, kVanishedWithoutPrediction, kEnded});
+    all.push_back({of + "WithoutAPlaceIsMissedForLong", from, kMissedWithoutPrediction, kEnded});
+    all.push_back({of + "IsForgotten", from, kCoastedTooLong, kEnded});
     all.push_back({of + "HasPassedToAnother", from, kTerminated, kEnded});
   }
   all.push_back({"TentativeHasPassedToAnother", kTentative, kTerminated, kEnded});

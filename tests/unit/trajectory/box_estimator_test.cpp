@@ -92,7 +92,7 @@ TEST(BoxEstimator, AHeadingGrowsOldWhereTurnsAreNotSeen) {
     const Se3 T_obj_cam = scene.camera_at(-0.5 * std::numbers::pi, 15.0);
     const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
     BoxFrame frame = watcher.frame_of(scene, T_obj_cam, points);
-    frame.turns_are_seen = false;
+    frame.is_rotation_measured = false;
     watcher.box.update(frame);
   }
   EXPECT_GT(watcher.box.sigma().yaw_rad, 1.3 * sure_rad);
@@ -107,7 +107,7 @@ TEST(BoxEstimator, WhatTheBorderCutsIsNotTheEndOfIt) {
     const std::vector<BodyPoint> points = scene.points_from(T_obj_cam);
     BoxFrame frame = watcher.frame_of(scene, T_obj_cam, points);
     frame.edges->at_px[0] += 1.2 * kCamera.fx_px / 9.1;
-    frame.edges->beyond_px[0] = std::numeric_limits<double>::infinity();
+    frame.edges->beyond_sigma_px[0] = std::numeric_limits<double>::infinity();
     frame.heading = kAhead;
     watcher.box.update(frame);
   }
@@ -125,7 +125,7 @@ TEST(BoxEstimator, StaysAsItWasSeenWhenMostOfItIsHidden) {
     BoxFrame frame = watcher.frame_of(scene, T_obj_cam, points);
     const double width_px = frame.edges->at_px[1] - frame.edges->at_px[0];
     frame.edges->at_px[0] += 0.6 * width_px;
-    frame.edges->beyond_px.fill(0.6 * width_px);
+    frame.edges->beyond_sigma_px.fill(0.6 * width_px);
     watcher.box.update(frame);
   }
   EXPECT_LT((watcher.estimate().center_m - seen.center_m).norm(), 0.15);

@@ -94,7 +94,7 @@ struct Watcher {
             .points = points,
             .disparity_sigma_px = 0.1,
             .ground = {Eigen::Vector3d::UnitY(), 0.0, 0.05, 0.01, true},
-            .turns_are_seen = true,
+            .is_rotation_measured = true,
             .heading = {}};
   }
   void watch(CarScene& scene, double azimuth_rad, double distance_m, int frames = 8,

@@ -9,14 +9,14 @@ constexpr std::int64_t kLostAfter_ns = 200'000'000;
 
 }  // namespace
 
-Se3 CameraTracker::locate(const FeatureFrame& frame, std::int64_t interval_ns, bool jumped) {
+Se3 CameraTracker::locate(const FeatureFrame& frame, std::int64_t interval_ns, bool is_cut) {
   if (!background_.active()) {
     background_.begin(Se3{});
     return {};
   }
   const Se3 T_world_prev = background_.history(0).T_body_cam;
   const bool found = background_.locate(frame, kBackgroundLabel).status == BodyStatus::kTracked;
-  if (found && !jumped) {
+  if (found && !is_cut) {
     predicted_.reset();
   } else {
     if (found) {
@@ -25,11 +25,11 @@ Se3 CameraTracker::locate(const FeatureFrame& frame, std::int64_t interval_ns, b
     }
     predicted_.add_frame(interval_ns);
     ++camera_lost_frames_;
-    // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo; after a jump where
+    // Known points no longer fit: a new map starts at the predicted pose with this frame's stereo; after a cut where
     // the camera was.
-    background_.begin(jumped ? T_world_prev : background_.estimate().T_body_cam,
+    background_.begin(is_cut ? T_world_prev : background_.estimate().T_body_cam,
                       predicted_.exceeds(kLostAfter_ns) ? BodyStatus::kLost : BodyStatus::kPropagated);
-    if (jumped) {
+    if (is_cut) {
       background_.forget_motion();
     }
   }

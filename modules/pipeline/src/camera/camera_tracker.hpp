@@ -20,8 +20,8 @@ class CameraTracker {
   explicit CameraTracker(sfm::BodyReconstruction background) : background_(std::move(background)) {}
 
   /// The pose of this frame from known points; returns T_prev_cam, the motion since the previous frame, `interval_ns`
-  /// earlier. `jumped`: there is a cut between the two, so that apparent matches of known points are false.
-  [[nodiscard]] Se3 locate(const FeatureFrame& frame, std::int64_t interval_ns, bool jumped);
+  /// earlier. `is_cut`: there is a cut between the two, so that apparent matches of known points are false.
+  [[nodiscard]] Se3 locate(const FeatureFrame& frame, std::int64_t interval_ns, bool is_cut);
   /// After locate(): the measurement of points changes from now on. Restarts the map at this frame's pose.
   void restart_map() {
     background_.begin(background_.estimate().T_body_cam, background_.estimate().status);

@@ -8,25 +8,25 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kLargeChange_px = 0.7;  // Of all disparities: a path must not mix both.
+constexpr double kMaxDisparityChange_px = 0.7;  // Of all disparities: a path must not mix both.
 
-bool tells_of_rig(const Feature& feature) {
+bool is_rig_observation(const Feature& feature) {
   return feature.body == kBackgroundLabel && feature.has_right();
 }
 
 /// A pose that most tracked features contradict does not select inliers: with a calibration that is far off, a few
 /// features agree on any pose.
-bool pose_is_agreed(const FeatureFrame& frame, const sfm::BodyReconstruction& background) {
-  constexpr int kFollowed_frames = 2;
-  std::size_t followed = 0;
+bool is_pose_supported(const FeatureFrame& frame, const sfm::BodyReconstruction& background) {
+  constexpr int kMinTracked_frames = 2;
+  std::size_t tracked = 0;
   std::size_t agreed = 0;
   for (const Feature& feature : frame.features) {
-    if (tells_of_rig(feature) && feature.age_frames >= kFollowed_frames) {
-      ++followed;
+    if (is_rig_observation(feature) && feature.age_frames >= kMinTracked_frames) {
+      ++tracked;
       agreed += background.agreed(feature) ? 1 : 0;
     }
   }
-  return 2 * agreed >= followed;
+  return 2 * agreed >= tracked;
 }
 
 double median_disparity_px(std::span<const rig::RigObservation> observations, std::span<float> scratch_px) {
@@ -82,8 +82,8 @@ void RigCalibrator::begin_frame(std::int64_t timestamp_ns) {
   must_restart_ = refiner_->must_restart();
   if (const auto revision = refiner_->revision()) {
     change_.emplace(geometry_, revision->before, revision->now);
-    const double apart_rad = revision->now.disparity_error_rad() - revision->before.disparity_error_rad();
-    must_restart_paths_ = std::abs(apart_rad) * geometry_.fx_px > kLargeChange_px;
+    const double difference_rad = revision->now.disparity_error_rad() - revision->before.disparity_error_rad();
+    must_restart_paths_ = std::abs(difference_rad) * geometry_.fx_px > kMaxDisparityChange_px;
   }
 }
 
@@ -91,26 +91,27 @@ features::RigAdjustment RigCalibrator::adjustment() const {
   return corrects_ ? features::RigAdjustment{refiner_->correction(), true, change()} : features::RigAdjustment{};
 }
 
-void RigCalibrator::describe(CameraState& camera) const {
+void RigCalibrator::add_uncertainty(CameraState& camera) const {
   const RigEstimate known = estimate();
-  const double left_rad = known.correction.disparity_error_rad() - known.applied.disparity_error_rad();
-  const bool holds = known.verdict == RigVerdict::kHolds;
-  camera.disparity_sigma_px = holds ? 0.0 : std::hypot(left_rad, known.disparity_sigma_rad) * geometry_.fx_px;
+  const double remaining_rad = known.correction.disparity_error_rad() - known.applied.disparity_error_rad();
+  const bool is_verified = known.verdict == RigVerdict::kHolds;
+  camera.disparity_sigma_px =
+      is_verified ? 0.0 : std::hypot(remaining_rad, known.disparity_sigma_rad) * geometry_.fx_px;
   camera.background_disparity_px = background_disparity_px_;
 }
 
-void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped) {
+void RigCalibrator::observe(const FeatureFrame& frame, const CameraTracker& camera, bool is_cut) {
   if (!refiner_) {
     return;
   }
-  if (jumped || !camera.tracked()) {
+  if (is_cut || !camera.tracked()) {
     refiner_->forget_scene();
     return;
   }
-  const bool trusts_pose = pose_is_agreed(frame, camera.background());
+  const bool selects_inliers = is_pose_supported(frame, camera.background());
   observations_.clear();
   for (const Feature& feature : frame.features) {
-    if (tells_of_rig(feature) && (!trusts_pose || camera.background().agreed(feature))) {
+    if (is_rig_observation(feature) && (!selects_inliers || camera.background().agreed(feature))) {
       const float right_row_px = 2.F * feature.v_px - feature.left_px.y();
       static_cast<void>(
           observations_.push_back({feature.id, feature.slot, feature.left_px, {feature.u_right_px, right_row_px}}));

@@ -31,11 +31,11 @@ class RigCalibrator {
   [[nodiscard]] bool must_restart() const noexcept { return must_restart_; }
   /// Disparities change so much that earlier positions are no evidence of motion.
   [[nodiscard]] bool must_restart_paths() const noexcept { return must_restart_paths_; }
-  /// The frame's features, once the camera is located. `jumped`: there is a cut before this frame.
-  void observe(const FeatureFrame& frame, const CameraTracker& camera, bool jumped);
+  /// The frame's features, once the camera is located. `is_cut`: there is a cut before this frame.
+  void observe(const FeatureFrame& frame, const CameraTracker& camera, bool is_cut);
 
   /// Adds the uncertainty of the calibration to `camera`.
-  void describe(CameraState& camera) const;
+  void add_uncertainty(CameraState& camera) const;
   [[nodiscard]] RigEstimate estimate() const { return refiner_ ? refiner_->estimate() : RigEstimate{}; }
 
  private:

@@ -74,6 +74,13 @@ struct PixelBox {
   [[nodiscard]] int width() const noexcept { return x1 - x0; }
   [[nodiscard]] int height() const noexcept { return y1 - y0; }
   [[nodiscard]] bool empty() const noexcept { return x1 <= x0 || y1 <= y0; }
+  /// Of its pixels' centres.
+  [[nodiscard]] double center_x() const noexcept { return 0.5 * (x0 + x1 - 1); }
+  [[nodiscard]] double center_y() const noexcept { return 0.5 * (y0 + y1 - 1); }
+  /// Reaches the border of an image of this size, or beyond.
+  [[nodiscard]] bool touches_border(int image_width, int image_height) const noexcept {
+    return x0 <= 0 || y0 <= 0 || x1 >= image_width || y1 >= image_height;
+  }
   /// Grows to hold pixel (x, y); an empty box becomes just that pixel.
   void include(int x, int y) noexcept {
     if (empty()) {

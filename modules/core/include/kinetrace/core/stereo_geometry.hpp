@@ -20,6 +20,10 @@ struct StereoGeometry {
 
   [[nodiscard]] double depth_m(double disparity_px) const noexcept { return fx_px * baseline_m / disparity_px; }
   [[nodiscard]] double disparity_px(double depth_m) const noexcept { return fx_px * baseline_m / depth_m; }
+  /// Standard deviation of the depth, given that of the disparity.
+  [[nodiscard]] double depth_sigma_m(double depth_m, double disparity_sigma_px) const noexcept {
+    return disparity_sigma_px * depth_m * depth_m / (fx_px * baseline_m);
+  }
 
   /// Camera-frame point of a stereo observation; `disparity_px` > 0.
   [[nodiscard]] Eigen::Vector3d triangulate(double u_left_px, double v_px, double disparity_px) const noexcept {
@@ -33,6 +37,11 @@ struct StereoGeometry {
     return {u_left, v, u_left - fx_px * baseline_m / p_cam.z()};
   }
 };
+
+/// Points nearer to the camera have no usable projection.
+inline constexpr double kMinProjectionDepth_m = 0.1;
+/// Correlation time of the errors of an object's stereo measurements.
+inline constexpr double kErrorCorrelation_s = 0.5;
 
 /// Value of u_right where a point has no right match.
 inline constexpr float kNoRight = std::numeric_limits<float>::quiet_NaN();

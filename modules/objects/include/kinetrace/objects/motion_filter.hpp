@@ -15,7 +15,7 @@
 namespace kinetrace::objects {
 
 /// Standard deviation of an unknown velocity: town traffic.
-inline constexpr double kUnknownSpeed_mps = 5.0;
+inline constexpr double kUnknownVelocitySigma_mps = 5.0;
 
 struct MotionNoise {
   double acceleration_mps2 = 4.0;  ///< Standard deviation of the acceleration, redrawn every tenth of a second.
@@ -35,7 +35,7 @@ struct MotionStart {
   UncertainPose pose;
   Vector6d velocity = Vector6d::Zero();                           ///< In the body's own axes (rad/s, m/s).
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< Of the linear velocity, world axes.
-  double moving = 0.5;                                            ///< Probability of moving.
+  double moving_probability = 0.5;                                ///< Probability of moving.
 };
 
 /// Two models of one object's motion and their probabilities. The object's pose is that of the more probable model; the
@@ -49,7 +49,7 @@ class MotionFilter {
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
   void start(const MotionStart& start) noexcept;
   /// Restarts at the stereo position with an unknown velocity; the rotation stays.
-  void restart_at(const StereoPosition& seen, const Se3& T_world_cam) noexcept;
+  void restart_at(const StereoPosition& measured, const Se3& T_world_cam) noexcept;
   /// Makes the velocity unknown and the turn rate zero: they were those of another object.
   void forget_velocity() noexcept;
 
@@ -60,20 +60,20 @@ class MotionFilter {
   // one outside the gates of both models (chi-square, 99.9 %; none for bearings), changes nothing and returns false.
   // The measurement noise is that of image coordinates, so the uncertainty of depth grows with its square.
 
-  bool update(const StereoPosition& seen, const Se3& T_world_cam) noexcept;
-  bool update(const Bearing& seen, const Se3& T_world_cam) noexcept;
-  bool update(const ImageMotion& seen, const Se3& T_world_cam) noexcept;
+  bool update(const StereoPosition& measured, const Se3& T_world_cam) noexcept;
+  bool update(const Bearing& measured, const Se3& T_world_cam) noexcept;
+  bool update(const ImageMotion& measured, const Se3& T_world_cam) noexcept;
   /// Whether `update` would accept it.
-  [[nodiscard]] bool accepts(const StereoPosition& seen, const Se3& T_world_cam) const noexcept;
-  /// Log density of `seen`, per cubic pixel of (u_left, v, disparity), over both models by their probabilities. `seen`
-  /// refers to the nearest point of the object; the measured point is uniform over the object's volume `body_px3`.
-  /// Nothing behind the camera.
-  [[nodiscard]] std::optional<double> log_likelihood(const StereoPosition& seen, double body_px3,
+  [[nodiscard]] bool accepts(const StereoPosition& measured, const Se3& T_world_cam) const noexcept;
+  /// Log density of `measured`, per cubic pixel of (u_left, v, disparity), over both models by their probabilities.
+  /// `measured` refers to the nearest point of the object; the measured point is uniform over the object's volume
+  /// `body_volume_px3`. Nothing behind the camera.
+  [[nodiscard]] std::optional<double> log_likelihood(const StereoPosition& measured, double body_volume_px3,
                                                      const Se3& T_world_cam) const noexcept;
 
   /// Probability of moving.
-  [[nodiscard]] double moving() const noexcept { return model_[kMoving].probability; }
-  [[nodiscard]] bool at_rest() const noexcept { return moving() < 0.5; }
+  [[nodiscard]] double moving_probability() const noexcept { return model_[kMoving].probability; }
+  [[nodiscard]] bool at_rest() const noexcept { return moving_probability() < 0.5; }
   [[nodiscard]] const Se3& pose() const noexcept { return likelier().pose; }
   [[nodiscard]] Eigen::Vector3d velocity_mps() const noexcept { return likelier().velocity_mps; }
   [[nodiscard]] Matrix6d pose_covariance() const noexcept { return pose_covariance(likelier(), timestamp_ns_); }
@@ -94,15 +94,15 @@ class MotionFilter {
 
   [[nodiscard]] const Model& likelier() const noexcept { return model_[at_rest() ? kStationary : kMoving]; }
   [[nodiscard]] Matrix6d pose_covariance(const Model& model, std::int64_t timestamp_ns) const noexcept;
-  [[nodiscard]] Models mixed(double interval_s) const noexcept;
+  [[nodiscard]] Models mix(double interval_s) const noexcept;
   void propagate(Models& models, double interval_s) const noexcept;
   /// Updates each model, linearised about its own state.
   template <typename Measurement>
   bool update_models(const Measurement& measured, const Se3& T_world_cam, double gate) noexcept;
 
-  /// `seen`: linearised about the model's state.
-  template <typename Seen, typename Observe>
-  static void correct(Model& model, Seen seen, double noise_factor, const Observe& observed_at);
+  /// `observation`: linearised about the model's state.
+  template <typename Linearised, typename Observe>
+  static void correct(Model& model, Linearised observation, double noise_factor, const Observe& observed_at);
 
   MotionNoise noise_;
   StereoGeometry geometry_;

@@ -5,9 +5,6 @@
 
 namespace kinetrace::objects {
 
-/// Standard deviation of the apparent velocity of an object at rest, in addition to its covariance.
-inline constexpr double kRestSpeed_mps = 0.05;
-
 /// Log-likelihood ratio of moving against rest for a velocity measured with `covariance` (m/s)^2. At rest the velocity
 /// is zero; moving it has any direction, and a speed between a slow walk and a car (a mixture of normal distributions
 /// with equal weights). Positive: rather moving. Near zero if the measurement does not discriminate.

@@ -131,7 +131,6 @@ class BodyReconstruction {
 
   /// T_cam_body of the window's columns.
   using ColumnPoses = std::array<Se3, kMaxWindowFrames>;
-  static constexpr double kMinDepth_m = 0.1;
 
   void advance_window();
   [[nodiscard]] bool newest_is_redundant() const;

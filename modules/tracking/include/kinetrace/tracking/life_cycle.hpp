@@ -22,12 +22,12 @@ struct LifeEvidence {
   bool detected = false;
   bool often_detected = false;    ///< In `confirm_frames` frames by now.
   bool in_plain_sight = false;    ///< A detection is expected.
-  bool placed = false;            ///< Its position or direction is predicted, so that it may coast.
+  bool has_prediction = false;    ///< Its position or direction is predicted, so that it may coast.
   bool vanished = false;          ///< Its predicted mask is smaller than `min_area_px`.
   bool missed = false;            ///< Clock: for longer than `max_missed_s`.
   bool missed_in_sight = false;   ///< ... in plain sight.
   bool missed_tentative = false;  ///< Clock: for longer than `max_tentative_missed_s` in frames searched for it.
-  bool forgotten = false;         ///< Clock: for longer than `max_missed_s` + `max_unseen_s`.
+  bool coasted_too_long = false;  ///< Clock: for longer than `max_missed_s` + `max_unseen_s`.
   bool terminated = false;        ///< It has switched to another object.
 };
 

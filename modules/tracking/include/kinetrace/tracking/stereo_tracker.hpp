@@ -37,7 +37,7 @@ struct TrackerCounters {
 /// fewer than three features, their median displacement; without features, the predicted position; without a
 /// prediction, or where the object passes too close for one, its last motion. Where features do not determine the
 /// scale, the mask grows as the predicted depth decreases. The features of a track that is occluded, or undetected for
-/// longer than kCarriedByFeatures_ns, have moved on to the occluder: its mask follows the prediction. A truncated or
+/// longer than kMaxFeatureGap_ns, have moved on to the occluder: its mask follows the prediction. A truncated or
 /// partly occluded mask is kept whole, so that it reappears whole; it is not cut down while a known occluder is not
 /// detected. Occlusion order of overlapping predictions: a track observed to occlude the other (its detection lay where
 /// the other's mask was expected) stays in front, unless stereo measures it clearly farther away, since masks are
@@ -83,7 +83,7 @@ class StereoTracker {
 
   /// Limits the number of live tracks from the next frame on. Of those beyond, the longest undetected ends first, then
   /// the smallest; initiation follows the rule for capacity.
-  void limit(int most_tracks) noexcept { most_tracks_ = most_tracks; }
+  void limit(int max_tracks) noexcept { max_tracks_ = max_tracks; }
 
   /// The track in this slot has switched to another object: it ends with the next frame, and that object may initiate a
   /// track with its own id. Slots without a live track are ignored.
@@ -123,7 +123,7 @@ class StereoTracker {
   void predict(std::span<const Feature> features);
   /// Moves the mask to its predicted position and sets the motion accordingly; false without a prediction, or where the
   /// object passes too close for one.
-  [[nodiscard]] static bool place_by_prediction(TrackInstance& instance) noexcept;
+  [[nodiscard]] static bool place_mask_by_prediction(TrackInstance& instance) noexcept;
   /// Outside the image or occluded by other tracks: no detection is expected.
   [[nodiscard]] bool is_out_of_view(const TrackInstance& instance) const noexcept;
   /// False for a dormant track, and for an undetected one nearly outside the image: a detection there initiates a new
@@ -132,7 +132,7 @@ class StereoTracker {
   /// The features of an occluded track may lie on the occluder, which moves differently.
   [[nodiscard]] bool may_follow_occluder(const TrackInstance& instance) const noexcept;
   /// Whether this many features on the visible part determine the change of scale; on an unoccluded mask any do.
-  [[nodiscard]] static bool shows_size(const TrackInstance& instance, std::size_t features) noexcept;
+  [[nodiscard]] static bool is_scale_observable(const TrackInstance& instance, std::size_t features) noexcept;
   /// Change of scale into this frame where features do not determine it: by the predicted depths, or else the last one,
   /// but not that of a partly occluded mask.
   [[nodiscard]] static double expected_growth(const TrackInstance& instance) noexcept;
@@ -153,15 +153,16 @@ class StereoTracker {
                                 std::size_t samples) const noexcept;
   /// Evidence of the detection's position: on the predicted mask, occluded parts included, or at the last observed
   /// position.
-  [[nodiscard]] double place_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
+  [[nodiscard]] double position_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
   /// Part of the detection on the predicted mask of another track of its class, the largest.
-  [[nodiscard]] double part_on_others(const TrackInstance& instance, const Detection& detection) const noexcept;
+  [[nodiscard]] double overlap_fraction_with_others(const TrackInstance& instance,
+                                                    const Detection& detection) const noexcept;
   [[nodiscard]] static bool is_behind_camera(const TrackInstance& instance) noexcept;
   /// Part of the detection on the whole predicted mask.
-  [[nodiscard]] static double part_on(const TrackInstance& instance, const Detection& detection) noexcept;
+  [[nodiscard]] static double overlap_fraction(const TrackInstance& instance, const Detection& detection) noexcept;
   void apply_assignment(const Assignment& match, std::size_t columns) noexcept;
   void accept_match(TrackInstance& instance, const Detection& detection) noexcept;
-  void learn_motion(TrackInstance& instance, const Detection& detection) const noexcept;
+  void correct_motion(TrackInstance& instance, const Detection& detection) const noexcept;
   void accept_miss(TrackInstance& instance, bool was_looked_for) noexcept;
   /// One transition of its life (life_cycle.hpp).
   void advance(TrackInstance& instance, const LifeEvidence& evidence) noexcept;
@@ -173,7 +174,7 @@ class StereoTracker {
   /// A free slot; null if there is none, or the number of tracks is at its limit.
   [[nodiscard]] TrackInstance* free_instance() noexcept;
   /// Initiates a new track in this slot, by a detection of this class.
-  void be_born(TrackInstance& instance, std::uint16_t class_id) noexcept;
+  void initiate(TrackInstance& instance, std::uint16_t class_id) noexcept;
   void evict_track(int for_area_px) noexcept;
   [[nodiscard]] int alive() const noexcept;
   /// Ends tracks beyond the limit.
@@ -186,7 +187,7 @@ class StereoTracker {
   void associate_right(const DetectionFrame& detections) noexcept;
   /// A known occluder is predicted in front of it and was not detected in this frame: unseen parts are no evidence of
   /// its shape.
-  [[nodiscard]] bool misses_what_hides(const TrackInstance& instance) const noexcept;
+  [[nodiscard]] bool has_undetected_occluder(const TrackInstance& instance) const noexcept;
   void publish() noexcept;
   void sort_published() noexcept;
 
@@ -195,10 +196,10 @@ class StereoTracker {
                                                                 std::span<const Feature> features) noexcept;
   void sort_far_to_near() noexcept;
   /// `front` was observed to occlude `behind`, and stereo does not measure it clearly farther away.
-  [[nodiscard]] static bool hides(const TrackInstance& front, const TrackInstance& behind) noexcept;
+  [[nodiscard]] static bool occludes(const TrackInstance& front, const TrackInstance& behind) noexcept;
   /// `a` is in front of `b`, by observed occlusion or else by disparity.
-  [[nodiscard]] static bool nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
-  [[nodiscard]] static bool is_nearer(const TrackInstance& a, const TrackInstance& b) noexcept;
+  [[nodiscard]] static bool is_in_front(const TrackInstance& a, const TrackInstance& b) noexcept;
+  [[nodiscard]] static bool is_nearer_by_disparity(const TrackInstance& a, const TrackInstance& b) noexcept;
 
   /// Settings that are times.
   struct Limits {
@@ -212,7 +213,7 @@ class StereoTracker {
   TrackerCounters counters_;
   int width_px_ = 0;
   int height_px_ = 0;
-  int most_tracks_ = std::numeric_limits<int>::max();
+  int max_tracks_ = std::numeric_limits<int>::max();
   std::uint32_t next_id_ = 1;
   std::uint32_t frame_ = 0;
   bool started_ = false;

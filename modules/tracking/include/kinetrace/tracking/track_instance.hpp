@@ -17,7 +17,7 @@
 namespace kinetrace::tracking {
 
 /// Longest gap between detections that features bridge; after a longer one they lie on the occluder, or on no object.
-inline constexpr std::int64_t kCarriedByFeatures_ns = 100'000'000;
+inline constexpr std::int64_t kMaxFeatureGap_ns = 100'000'000;
 
 /// An unknown class agrees with every class.
 [[nodiscard]] inline bool classes_agree(std::uint16_t a, std::uint16_t b) noexcept {
@@ -59,22 +59,21 @@ struct TrackInstance {
   ClassVotes votes;
 
   ReferenceMask mask;
-  ObjectPrediction prediction;           ///< Of the current frame.
-  ObjectPrediction previous_prediction;  ///< Of the previous frame.
-  ObjectPrediction mask_prediction;      ///< Of the frame that `mask` was taken from.
-  Similarity motion;                     ///< Image motion into the current frame.
-  bool motion_from_flow = false;         ///< `motion` comes from features of this frame.
-  DisparityPlane disparity;              ///< Last known.
-  double mask_part_in_image = 1.0;       ///< Of the predicted mask.
-  int predicted_px = 0;                  ///< Pixels of the predicted mask in the image, occluded ones included.
-  std::array<int, 256>
-      whole_on_label{};        ///< Pixels of the whole predicted mask on each detection, occluded ones included.
-  std::uint64_t in_front = 0;  ///< Bit s: the track in slot s was observed to occlude this one.
-  PredictionOverlap overlap;   ///< Visible part of the predicted mask against the detections.
-  FeatureVotes votes_of_features;
-  int detection = -1;        ///< Index of the matched left detection.
-  double right_shown = 1.0;  ///< Part of the predicted mask seen by the right view; 1 while its disparity is not known.
-  PixelBox right_region_px;  ///< Of the left mask mapped to the right image: its visible extent.
+  ObjectPrediction prediction;                 ///< Of the current frame.
+  ObjectPrediction previous_prediction;        ///< Of the previous frame.
+  ObjectPrediction mask_prediction;            ///< Of the frame that `mask` was taken from.
+  Similarity motion;                           ///< Image motion into the current frame.
+  bool motion_from_flow = false;               ///< `motion` comes from features of this frame.
+  DisparityPlane disparity;                    ///< Last known.
+  double mask_part_in_image = 1.0;             ///< Of the predicted mask.
+  int predicted_px = 0;                        ///< Pixels of the predicted mask in the image, occluded ones included.
+  std::array<int, 256> whole_mask_on_label{};  ///< Pixels of the whole predicted mask, by the label of the detection.
+  std::uint64_t occluder_slots = 0;            ///< Bit s: the track in slot s was observed to occlude this one.
+  PredictionOverlap overlap;                   ///< Visible part of the predicted mask against the detections.
+  FeatureVotes feature_votes;
+  int detection = -1;                   ///< Index of the matched left detection.
+  double right_visible_fraction = 1.0;  ///< Of the predicted mask, in the right view; 1 without a disparity.
+  PixelBox right_region_px;             ///< Of the left mask mapped to the right image: its visible extent.
 
   [[nodiscard]] bool alive() const noexcept { return is_alive(life); }
   [[nodiscard]] bool tentative() const noexcept { return life == LifeState::kTentative; }

@@ -32,7 +32,7 @@ struct BoxFrame {
   std::span<const BodyPoint> points;  ///< Of its reconstruction; without one, its stereo position.
   double disparity_sigma_px = 0.0;    ///< Of these points.
   Ground ground;                      ///< World frame; `down` is used even if the ground is not known.
-  bool turns_are_seen = false;        ///< T_world_obj follows the object's rotation.
+  bool is_rotation_measured = false;  ///< T_world_obj follows the object's rotation.
   std::optional<Heading> heading;     ///< Of its motion in the world, if it moves.
 };
 
@@ -59,16 +59,16 @@ class BoxEstimator {
  private:
   void keep_view(const BoxFrame& frame) noexcept;
   /// The kind that best fits the mask's height.
-  [[nodiscard]] const KindOfObject& likely_kind(const BoxFrame& frame) const noexcept;
+  [[nodiscard]] const KindOfObject& most_likely_kind(const BoxFrame& frame) const noexcept;
   /// A box of that kind turned by `yaw_rad`, behind the centre of the points.
   [[nodiscard]] BoxState start_at(const BoxFrame& frame, double yaw_rad, const KindOfObject& kind) const noexcept;
   void begin(const BoxFrame& frame, const BoxEvidence& evidence) noexcept;
-  void challenge(const BoxEvidence& evidence, const BoxState& start, int iterations, double margin) noexcept;
-  [[nodiscard]] BoxState challenger(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept;
-  /// Records a rejected box, less probable by `behind`, twice the difference of log-likelihoods.
-  void note_rival(const BoxState& rival, double behind) noexcept;
-  void note_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept;
-  void take(const BoxFit& fit) noexcept;
+  void test_hypothesis(const BoxEvidence& evidence, const BoxState& start, int iterations, double margin) noexcept;
+  [[nodiscard]] BoxState next_hypothesis(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept;
+  /// Records a rejected box, less probable by `cost_difference`, twice the difference of log-likelihoods.
+  void record_rival(const BoxState& rival, double cost_difference) noexcept;
+  void update_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept;
+  void accept(const BoxFit& fit) noexcept;
 
   SizeTable sizes_;
   StereoGeometry geometry_;

@@ -15,7 +15,7 @@ namespace kinetrace::trajectory {
 struct MaskEdges {
   std::array<double, 4> at_px{};
   /// Standard deviation of the object's extent beyond each edge; infinite where the image border truncates it.
-  std::array<double, 4> beyond_px{};
+  std::array<double, 4> beyond_sigma_px{};
 };
 
 /// Evidence of one frame, in the object's frame.

@@ -50,7 +50,7 @@ class GroundEstimator {
   void gather(std::span<const BodyPoint> points, const Se3& T_world_cam) noexcept;
   [[nodiscard]] float tolerance_m(const Eigen::Vector3f& point_m) const noexcept;
   [[nodiscard]] float score(const Plane& plane) const noexcept;
-  [[nodiscard]] bool through(std::uint32_t seed, Plane& plane) const noexcept;
+  [[nodiscard]] bool plane_through(std::uint32_t seed, Plane& plane) const noexcept;
   void refine(const Plane& plane, const Se3& T_world_cam) noexcept;
 
   std::span<Eigen::Vector3f> points_;  ///< Relative to the camera, in the world's axes.

@@ -43,7 +43,7 @@ class KINETRACE_API SizeTable {
   [[nodiscard]] std::span<const KindOfObject> kinds_of(std::uint16_t class_id) const noexcept;
 
  private:
-  [[nodiscard]] std::span<const KindOfObject> listed(std::uint16_t class_id) const noexcept;
+  [[nodiscard]] std::span<const KindOfObject> kinds_listed_for(std::uint16_t class_id) const noexcept;
 
   std::array<KindOfObject, kMaxKinds> kinds_;
   std::size_t count_ = 0;

@@ -45,14 +45,14 @@ class TrajectorySmoother {
     Matrix6d diagonal;
     Matrix6d next;
     Matrix6d after_next;
-    Vector6d right;
+    Vector6d rhs;
   };
 
   void assemble(std::span<const PathNode> path, std::size_t fixed, bool at_rest) noexcept;
   void add_measurement(const PathNode& node, BlockRow& row) const noexcept;
   void add_rest(std::span<const PathNode> path, std::size_t to, std::size_t fixed) noexcept;
   void add_smoothness(std::span<const PathNode> path, std::size_t middle, std::size_t fixed) noexcept;
-  /// Solves in place; the perturbation of node k is in rows_[k].right.
+  /// Solves in place; the perturbation of node k is in rows_[k].rhs.
   void solve(std::size_t count) noexcept;
 
   TrajectoryConfig config_;

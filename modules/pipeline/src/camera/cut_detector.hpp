@@ -14,15 +14,15 @@ namespace kinetrace::pipeline {
 /// Detects a recording that restarts or has been cut: hardly any feature of the previous frame is found again, although
 /// by the timestamps no frame is missing and the image has enough corners. Over a few missing frames motion is
 /// predicted, over a longer gap it is not. A moment of darkness is no cut.
-class JumpWatch {
+class CutDetector {
  public:
   /// `max_gap_s`: longest gap over which motion is predicted.
-  explicit JumpWatch(double max_gap_s) : max_gap_ns_(to_ns(max_gap_s)) {}
+  explicit CutDetector(double max_gap_s) : max_gap_ns_(to_ns(max_gap_s)) {}
 
-  /// Call for each frame, after FeatureFrontEnd::track and before replenish. `before`: number of features of the
+  /// Call for each frame, after FeatureFrontEnd::track and before replenish. `previous_features`: their number in the
   /// previous frame.
-  [[nodiscard]] bool has_jumped(const FeatureFrame& tracked, std::size_t before,
-                                features::FeatureFrontEnd& front_end) noexcept;
+  [[nodiscard]] bool is_cut(const FeatureFrame& tracked, std::size_t previous_features,
+                            features::FeatureFrontEnd& front_end) noexcept;
 
  private:
   std::int64_t max_gap_ns_;

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "camera/jump_watch.hpp"
+#include "camera/cut_detector.hpp"
 #include "pipeline_run.hpp"
 
 namespace kinetrace::pipeline {
@@ -29,11 +29,11 @@ int seen_in(int frame) {
   return frame < kBefore ? frame : kFarOn - (frame - kBefore);
 }
 
-/// One street before the jump, another after it, which may have other vehicles.
-class Jump : public ::testing::Test {
+/// One street before the cut, another after it, which may have other vehicles.
+class Cut : public ::testing::Test {
  protected:
-  Jump(std::vector<Mover> before, std::vector<Mover> after) : before_(std::move(before)), after_(std::move(after)) {}
-  Jump() : Jump({}, {}) {}
+  Cut(std::vector<Mover> before, std::vector<Mover> after) : before_(std::move(before)), after_(std::move(after)) {}
+  Cut() : Cut({}, {}) {}
 
   [[nodiscard]] RenderedPair render(int frame) const {
     return (frame < kBefore ? before_ : after_).render(seen_in(frame));
@@ -50,7 +50,7 @@ class Jump : public ::testing::Test {
   StreetDrive after_;
 };
 
-TEST_F(Jump, CostsTheCameraOneFrame) {
+TEST_F(Cut, CostsTheCameraOneFrame) {
   PipelineRun run(small_config());
   drive(run);
   for (int frame = 0; frame < kBefore + kAfter; ++frame) {
@@ -61,7 +61,7 @@ TEST_F(Jump, CostsTheCameraOneFrame) {
   EXPECT_EQ(run.counters.background_lost_frames, 1U);
 }
 
-TEST_F(Jump, IsNoMotion) {
+TEST_F(Cut, IsNoMotion) {
   PipelineRun run(small_config());
   drive(run);
   const auto T_world_cam = [&](int frame) { return run.finalised[static_cast<std::size_t>(frame)].camera.T_world_cam; };
@@ -73,7 +73,7 @@ TEST_F(Jump, IsNoMotion) {
   EXPECT_LT((went.translation - truth.translation).norm(), 0.05) << went.translation.transpose();
 }
 
-TEST_F(Jump, ALongGapInTimeIsNoMotion) {
+TEST_F(Cut, ALongGapInTimeIsNoMotion) {
   constexpr int kDay = 864'000;  // Frames.
   PipelineRun run(small_config());
   for (int frame = 0; frame < kBefore + kAfter; ++frame) {
@@ -90,10 +90,10 @@ TEST_F(Jump, ALongGapInTimeIsNoMotion) {
       << "it goes on where it was";
 }
 
-/// A vehicle drives ahead of the camera; after the jump another one does, at the same place in the image.
-class JumpWithVehicles : public Jump {
+/// A vehicle drives ahead of the camera; after the cut another one does, at the same place in the image.
+class CutWithVehicles : public Cut {
  protected:
-  JumpWithVehicles() : Jump({Mover{}}, {moving_back()}) {
+  CutWithVehicles() : Cut({Mover{}}, {moving_back()}) {
     for (int frame = 0; frame < kBefore + kAfter; ++frame) {
       masks_.write(render(frame), frame);
     }
@@ -108,7 +108,7 @@ class JumpWithVehicles : public Jump {
   MaskFolder masks_;
 };
 
-TEST_F(JumpWithVehicles, EndsTracksAndBeginsNewOnes) {
+TEST_F(CutWithVehicles, EndsTracksAndBeginsNewOnes) {
   PipelineRun run(small_config(masks_));
   drive(run);
   EXPECT_EQ(run.counters.tracks_ended, 1U);
@@ -121,17 +121,17 @@ TEST_F(JumpWithVehicles, EndsTracksAndBeginsNewOnes) {
   }
   for (const std::vector<Track>& tracks : {run.tracks[kBefore], run.tracks.back()}) {
     ASSERT_EQ(tracks.size(), 1U);
-    EXPECT_EQ(tracks[0].id, ids[1]) << "born in the first frame after the jump";
+    EXPECT_EQ(tracks[0].id, ids[1]) << "born in the first frame after the cut";
   }
   const ObjectResult* last = run.finalised.back().object(ids[1]);
   ASSERT_NE(last, nullptr);
   EXPECT_EQ(last->status, BodyStatus::kTracked);
 }
 
-/// Shows frames to the front end, and tells whether the last one is a jump.
-class JumpWatchTest : public ::testing::Test {
+/// Shows frames to the front end, and returns whether the last one follows a cut.
+class CutDetectorTest : public ::testing::Test {
  protected:
-  bool has_jumped_after(const RenderedPair& pair, std::int64_t index) {
+  bool is_cut_after(const RenderedPair& pair, std::int64_t index) {
     for (int frame = 0; frame < 3; ++frame) {
       EXPECT_FALSE(show(street_.render(frame), frame)) << "frame " << frame;
     }
@@ -139,9 +139,9 @@ class JumpWatchTest : public ::testing::Test {
   }
   bool show(const RenderedPair& pair, std::int64_t index) {
     EXPECT_TRUE(front_end_.begin_frame(pair.at(index)));
-    const bool jumped = watch_.has_jumped(front_end_.track({}).value(), features_, front_end_);
+    const bool is_cut = detector_.is_cut(front_end_.track({}).value(), features_, front_end_);
     features_ = front_end_.replenish({}).value().features.size();
-    return jumped;
+    return is_cut;
   }
 
   StreetDrive street_;
@@ -149,27 +149,27 @@ class JumpWatchTest : public ::testing::Test {
   Arena arena_{features::FeatureFrontEnd::required_bytes(config_, small_rig().width_px, small_rig().height_px)};
   features::FeatureFrontEnd front_end_ =
       features::FeatureFrontEnd::create(config_, small_rig().width_px, small_rig().height_px, arena_).value();
-  JumpWatch watch_{8.5};
+  CutDetector detector_{8.5};
   std::size_t features_ = 0;
 };
 
-TEST_F(JumpWatchTest, NextFrameOrSomethingElse) {
-  EXPECT_FALSE(has_jumped_after(street_.render(3), 3));
+TEST_F(CutDetectorTest, NextFrameOrSomethingElse) {
+  EXPECT_FALSE(is_cut_after(street_.render(3), 3));
   EXPECT_TRUE(show(street_.render(70), 4));
   EXPECT_FALSE(show(street_.render(71), 5));
 }
 
-TEST_F(JumpWatchTest, WhereFramesAreMissingTheClockTells) {
-  EXPECT_FALSE(has_jumped_after(street_.render(70), 70));
+TEST_F(CutDetectorTest, WhereFramesAreMissingTheClockTells) {
+  EXPECT_FALSE(is_cut_after(street_.render(70), 70));
 }
 
-TEST_F(JumpWatchTest, NoMotionIsPredictedOverALongGap) {
-  EXPECT_TRUE(has_jumped_after(street_.render(3), 90));
+TEST_F(CutDetectorTest, NoMotionIsPredictedOverALongGap) {
+  EXPECT_TRUE(is_cut_after(street_.render(3), 90));
   EXPECT_FALSE(show(street_.render(4), 91));
 }
 
-TEST_F(JumpWatchTest, NothingToSeeIsNothingElse) {
-  EXPECT_FALSE(has_jumped_after(test::blank_pair(small_rig(), 0), 3));
+TEST_F(CutDetectorTest, NothingToSeeIsNothingElse) {
+  EXPECT_FALSE(is_cut_after(test::blank_pair(small_rig(), 0), 3));
   EXPECT_FALSE(show(street_.render(4), 4)) << "light again";
 }
 
