@@ -24,8 +24,6 @@ constexpr double kMaxOtherModelProbability =
 constexpr double kMaxEvidence = 7.0;   // Upper bound of the evidence, log odds: one to a thousand.
 constexpr int kMinSwitchFeatures = 3;  // Fewer features may belong to another object.
 constexpr int kMaxRejections = 3;      // Measurements in a row: then the object is elsewhere.
-/// A reconstruction is dropped where the predicted position is this many times less certain than the measured one.
-constexpr double kMaxSigmaRatio = 2.0;
 constexpr double kOutlineSigma_m = 0.03;
 
 double log_odds(double probability) {
@@ -91,23 +89,15 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
   }
   if (fix == Fix::kStereo) {
     // The position of the visible surface on the object is a correlated error, which averaging does not reduce.
-    const double extent_m = extent_sigma_m(position_in_camera(geometry_, observation).z());
+    const double extent_m = extent_sigma_m(visible_center_in_camera_m(camera).z());
     life_.covariance.diagonal().tail<3>().array() += extent_m * extent_m;
   }
   update_status(fix);
 }
 
 ObjectState::Fix ObjectState::update_filter(const StereoObservation& observation, const CameraState& camera) {
-  // While the identity is provisional, its features may follow another object.
-  const bool is_identity_certain = !life_.provisional;
-  if (is_identity_certain) {
-    update_filter_by_motion(observation, camera);
-  }
-  const Fix fix = update_filter_by_position(observation, camera);
-  if (!is_identity_certain && !life_.provisional) {
-    update_filter_by_motion(observation, camera);
-  }
-  return fix;
+  update_filter_by_motion(observation, camera);
+  return update_filter_by_position(observation, camera);
 }
 
 ObjectState::Fix ObjectState::update_filter_by_position(const StereoObservation& observation,
@@ -130,10 +120,6 @@ ObjectState::Fix ObjectState::update_filter_by_position(const StereoObservation&
   if (filter.update(measured, camera.T_world_cam)) {
     life_.rejections = 0;
     life_.provisional = false;
-    if (life_.status == BodyStatus::kLost && !filter.at_rest() &&
-        expected_sigma_m > kMaxSigmaRatio * measured.extent_sigma_m) {
-      identity_.reconstructed = false;  // On return the former points have long left the map.
-    }
     const bool is_consistent =
         identity_.reconstructed && is_partly_visible() && measured.extent_sigma_m > expected_sigma_m;
     return is_consistent ? Fix::kConsistentWithPrediction : Fix::kStereo;
@@ -191,7 +177,7 @@ objects::Bearing ObjectState::mask_bearing() const {
   return {.uv_px = {box.center_x(), box.center_y()},
           .to_origin_m = is_rigid() ? Eigen::Vector3d(identity_.T_world_obj.rotation * identity_.to_origin_m)
                                     : Eigen::Vector3d::Zero(),  // an outline's origin is its centre
-          .extent_sigma_m = std::max(extent_sigma_m(std::max(depth_m, 0.0)), identity_.width_m)};
+          .extent_sigma_m = std::max(extent_sigma_m(depth_m), identity_.width_m)};
 }
 
 bool ObjectState::is_on_predicted_box(const StereoObservation& observation, const CameraState& camera) const {
@@ -205,7 +191,7 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
   objects::StereoPosition measured{.uvd_px = observation.uvd_px,
                                    .features = observation.features,
                                    .to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
-                                   .extent_sigma_m = extent_sigma_m(p_cam.z())};
+                                   .extent_sigma_m = extent_sigma_m(visible_center_in_camera_m(camera).z())};
   if (is_partly_visible()) {
     measured.extent_sigma_m = std::max(measured.extent_sigma_m, kOccludedExtentFactor * surface_sigma_m_);
   } else if (!identity_.reconstructed || identity_.filter.accepts(measured, camera.T_world_cam)) {
@@ -221,9 +207,10 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
 }
 
 double ObjectState::extent_sigma_m(double depth_m) const {
-  const double seen_width_m = life_.track.box_px.width() * depth_m / geometry_.fx_px;
-  // The occluded width follows from masks or, where it has just returned, from the width when last seen whole.
-  const double hidden_width_m = std::max(seen_width_m * (1.0 / visible_part() - 1.0), identity_.width_m - seen_width_m);
+  const double visible_width_m = life_.track.box_px.width() * std::max(depth_m, 0.0) / geometry_.fx_px;
+  // As last seen whole; before that, by the part that the masks show.
+  const double width_m = identity_.width_m > 0.0 ? identity_.width_m : visible_width_m / visible_part();
+  const double hidden_width_m = width_m - visible_width_m;
   return (is_rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
 

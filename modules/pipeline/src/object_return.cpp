@@ -93,7 +93,7 @@ bool ObjectState::is_reentry_candidate(const Track& redetected, const CameraStat
       !is_reid_candidate(redetected, kMissedHidden_ns)) {
     return false;
   }
-  const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * (visible_center_m());
+  const Eigen::Vector3d p_cam = visible_center_in_camera_m(camera);
   if (p_cam.z() <= 0.0) {
     return false;
   }

@@ -152,14 +152,14 @@ void ObjectState::observe_by_outline(LabelView labels, const CameraState& camera
   if (box.y0 > 0) {
     observation.uvd_px.y() = box.y0;
   } else if (identity_.filter.initialised()) {
-    observation.uvd_px.y() = geometry_.project(camera.T_world_cam.inverse() * visible_center_m()).y();
+    observation.uvd_px.y() = geometry_.project(visible_center_in_camera_m(camera)).y();
   }
 }
 
 void ObjectState::measure_visible_fraction(const CameraState& camera) {
   frame_.visible_fraction = 1.F;
   frame_.area_before_m2 = identity_.area_m2;
-  const double depth_m = (camera.T_world_cam.inverse() * visible_center_m()).z();
+  const double depth_m = visible_center_in_camera_m(camera).z();
   if (!life_.has_position || life_.track.missed_frames > 0 || is_truncated() || depth_m <= 0.0) {
     return;
   }
@@ -351,7 +351,7 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
   } else {
     life_.T_obj_cam = identity_.T_world_obj.inverse() * camera.T_world_cam;
   }
-  const Eigen::Vector3d p_cam = camera.T_world_cam.inverse() * visible_center_m();
+  const Eigen::Vector3d p_cam = visible_center_in_camera_m(camera);
   const double u_px = geometry_.project(p_cam).x();
   if (life_.track.missed_frames == 0 && !is_partly_visible()) {
     identity_.width_m = life_.track.box_px.width() * p_cam.z() / geometry_.fx_px;

@@ -277,6 +277,7 @@ class ObjectState {
   void restart_at_observation(const StereoObservation& observation, const CameraState& camera);
   void update_status(Fix fix) noexcept;
   /// Standard deviation of the visible part's centre on the object: over the surface, and by the occluded part.
+  /// `depth_m`: of the object, not of what was measured, which may lie on another surface.
   [[nodiscard]] double extent_sigma_m(double depth_m) const;
   [[nodiscard]] double depth_sigma_m(double depth_m) const;
 
@@ -290,6 +291,10 @@ class ObjectState {
                                                    const Eigen::Vector3d& arm_world_m);
   /// Centre of the visible part, in the world.
   [[nodiscard]] Eigen::Vector3d visible_center_m() const { return identity_.T_world_obj * -identity_.to_origin_m; }
+  /// The same in the camera frame.
+  [[nodiscard]] Eigen::Vector3d visible_center_in_camera_m(const CameraState& camera) const {
+    return camera.T_world_cam.inverse() * visible_center_m();
+  }
   /// See trajectory::MotionSample.
   [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
   /// See trajectory::MotionSample.
