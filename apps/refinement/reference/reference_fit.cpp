@@ -82,7 +82,8 @@ Result<ReferenceFit> fit_to_reference(const recording::Run& run, std::span<const
       break;
     }
   }
-  if (alignment) {
+  // After an interrupt the path still has the drift that bending takes out.
+  if (alignment && options.keep_going()) {
     config.max_rotation_sigma_rad = asked.max_rotation_sigma_rad;
     // The rotation of the map about a straight path does not matter for bending.
     config.roll_matters = false;

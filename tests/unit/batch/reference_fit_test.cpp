@@ -164,6 +164,23 @@ TEST_F(ReferenceFitTest, RefusesAReceiverThatStandsStillOrScalesThePath) {
   }
 }
 
+TEST_F(ReferenceFitTest, KeepsThePathAfterAnInterrupt) {
+  travel(drive({.length_m = 20.0}), {.rotation_rad = 2e-5, .position_m = 0.001}, 18);
+  std::mt19937 random(19);
+  std::vector<geo::Fix> fixes = receive(truth_, {.T_map_world = any_placement(random, 0.0), .noise_m = 0.02}, random);
+  for (geo::Fix& fix : fixes) {
+    fix.enu_m = fixes.front().enu_m + 1.3 * (fix.enu_m - fixes.front().enu_m);
+  }
+  const geo::AlignmentConfig config{.freedom = geo::Freedom::kYaw, .max_time_offset_s = 0.0};
+  ASSERT_FALSE(fit_to_reference(run_, fixes, config, graph_, kOptions, camera_));
+  const AdjustmentOptions interrupted{.threads = 1, .keep_going = [] { return false; }};
+  const auto kept = fit_to_reference(run_, fixes, config, graph_, interrupted, camera_);
+  ASSERT_TRUE(kept) << kept.error().message;
+  EXPECT_EQ(kept->moved_m, 0.0);
+  EXPECT_EQ(kept->scale, 1.0);
+  EXPECT_EQ(camera_.T_world_cam.back().translation, graph_.T_world_cam.back().translation);
+}
+
 TEST_F(ReferenceFitTest, TakesAStraightPathHoweverTheMapLiesAboutIt) {
   travel(drive({.length_m = 200.0}), {.rotation_rad = 1e-3, .position_m = 0.01}, 12);
   std::mt19937 random(13);
