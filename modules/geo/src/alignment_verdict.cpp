@@ -74,10 +74,11 @@ std::string overlap_remedy(const AntennaPath& path, std::span<const Fix> fixes, 
   if (const std::string unit = likely_unit(path, fixes); !unit.empty()) {
     return "the reference's times are in " + unit + "; give them in nanoseconds";
   }
-  const double begin_s = static_cast<double>(path.begin_ns() - fixes.front().time_ns) * 1e-9;
-  if (std::abs(begin_s - config.time_offset_s) <= std::max(config.max_time_offset_s, 1.0)) {
+  const std::int64_t offset_ns = std::llround(1e9 * config.time_offset_s);
+  if (fixes.front().time_ns <= path.end_ns() - offset_ns && fixes.back().time_ns >= path.begin_ns() - offset_ns) {
     return "record a longer path, or take a reference with more fixes a second";
   }
+  const double begin_s = static_cast<double>(path.begin_ns() - fixes.front().time_ns) * 1e-9;
   return "both begin together with --time-offset " + number(begin_s, "%.3f");
 }
 

@@ -249,22 +249,29 @@ TEST(Alignment, RefusesAReferenceOfAnotherTimeAndSaysWhichOffsetWouldDo) {
 TEST(Alignment, NamesTheUnitOfTimesThatAreNotNanoseconds) {
   std::mt19937 random(51);
   const auto path = drive(test::town());
-  auto fixes = receive(path, {.T_map_world = any_placement(random, 0.0)}, random);
-  for (Fix& fix : fixes) {
-    fix.time_ns /= 1000;
+  const auto fixes = receive(path, {.T_map_world = any_placement(random, 0.0)}, random);
+  for (const auto& [unit, nanoseconds] :
+       {std::pair("microseconds", 1000), {"milliseconds", 1'000'000}, {"seconds", 1'000'000'000}}) {
+    auto wrong = fixes;
+    for (Fix& fix : wrong) {
+      fix.time_ns /= nanoseconds;
+    }
+    const Alignment alignment = align_or_fail(path, wrong, {});
+    EXPECT_NE(alignment.reason.find(std::string("times are in ") + unit), std::string::npos) << alignment.reason;
+    EXPECT_EQ(alignment.reason.find("--time-offset"), std::string::npos) << alignment.reason;
   }
-  const Alignment alignment = align_or_fail(path, fixes, {});
-  EXPECT_NE(alignment.reason.find("times are in microseconds"), std::string::npos) << alignment.reason;
-  EXPECT_EQ(alignment.reason.find("--time-offset"), std::string::npos) << alignment.reason;
 }
 
 TEST(Alignment, AsksForALongerPathWhereFewFixesFallIntoIt) {
   std::mt19937 random(52);
-  auto path = drive(test::town());
-  path.resize(8);
-  const auto fixes = receive(path, {.T_map_world = any_placement(random, 0.0)}, random);
-  const Alignment alignment = align_or_fail(path, fixes, {});
-  EXPECT_NE(alignment.reason.find("record a longer path"), std::string::npos) << alignment.reason;
+  const auto whole = drive(test::town());
+  const auto fixes = receive(whole, {.T_map_world = any_placement(random, 0.0)}, random);
+  for (const std::ptrdiff_t begin : {0, 150}) {
+    const std::vector<PathPose> path(whole.begin() + begin, whole.begin() + begin + 8);
+    const Alignment alignment = align_or_fail(path, fixes, {});
+    EXPECT_NE(alignment.reason.find("record a longer path"), std::string::npos) << alignment.reason;
+    EXPECT_EQ(alignment.reason.find("--time-offset"), std::string::npos) << alignment.reason;
+  }
 }
 
 TEST(Alignment, RefusesTheReferenceOfAnotherDrive) {
