@@ -204,8 +204,15 @@ TEST_F(Refine, FollowsARunWithTheSettingsThatItHas) {
   const Json online = Json::parse(text_of(path("run.online/run.json")));
   EXPECT_EQ(online.at("config").at("features").at("max_features"), 600);
   fs::remove_all(path("run"));
-  expect_refusal(run({"--refine", "batch", "--set", "output.observations=false"}), kUsage, "output.observations");
+  expect_refusal(run({"--refine", "batch", "--set", "output.observations=false"}), kUsage, "leave that setting out");
   EXPECT_FALSE(fs::exists(path("run")));
+}
+
+TEST_F(Refine, FollowsARunWhoseConfigurationHasNoObservations) {
+  std::ofstream(path("small.yaml")) << "output:\n  observations: false\n";
+  const ProgramResult result = run({"--refine", "batch", "--config", path("small.yaml")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(path("run.online/observations.bin")));
 }
 
 }  // namespace

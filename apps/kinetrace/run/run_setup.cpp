@@ -28,6 +28,7 @@ void prepare_refinement(AppConfig& config) {
   constexpr int kBackgroundFeatures = 2500;
   constexpr int kBackgroundPoints = 2200;
   constexpr int kBucket_px = 13;  // As many buckets as background features, in 1242x375 pixels.
+  config.output.observations = true;
   features::FeatureConfig& features = config.pipeline.features;
   features.max_features = std::max(features.max_features, kFeatures);
   features.max_background_features = std::max(features.max_background_features, kBackgroundFeatures);
@@ -62,8 +63,9 @@ Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
     return failure(config.error());
   }
   if (is_refined && !config->output.observations) {
-    return Unexpected(
-        Failure{ExitCode::kUsage, "--refine: output.observations is off, and a refinement needs them; set it to true"});
+    return Unexpected(Failure{ExitCode::kUsage,
+                              "--refine: --set output.observations=false leaves out what a refinement needs; leave "
+                              "that setting out"});
   }
   if (!options.save_calibration.empty() && config->pipeline.calibration.mode == rig::RefineMode::kOff) {
     return Unexpected(
