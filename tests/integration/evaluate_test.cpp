@@ -155,24 +155,41 @@ TEST_F(Evaluate, SaysThatTwoRunsAreOfDifferentFrames) {
   EXPECT_THAT(different.err, AllOf(HasSubstr("not of the same frames: 10 frames over "), HasSubstr(" m and 7 over ")));
 }
 
+void name_recording(const fs::path& run, const std::string& dataset, const std::string& sequence = "drive") {
+  json about = json::parse(text_of(run / "run.json"));
+  about["dataset"] = {{"dataset", dataset}, {"sequence", sequence}};
+  std::ofstream(run / "run.json") << about.dump();
+}
+
 TEST_F(Evaluate, RefusesToCompareRunsOfDifferentRecordings) {
   const fs::path other = scratch_.path() / "other";
-  const auto name_recording = [](const fs::path& folder, const std::string& dataset) {
-    json about = json::parse(text_of(folder / "run.json"));
-    about["dataset"] = {{"dataset", dataset}, {"sequence", "drive"}};
-    std::ofstream(folder / "run.json") << about.dump();
-  };
   world_->record(other);
   name_recording(run(), "kitti-raw:/data/town");
   name_recording(other, "kitti-raw:/data/village");
   const ProgramResult different = evaluate(world_->truth(), {"--against", other.string()});
-  expect_refusal(different, kBadData, "are runs of different recordings");
-  EXPECT_THAT(different.err, AllOf(HasSubstr("/data/town"), HasSubstr("/data/village")));
+  expect_refusal(different, kBadData, run().string() + " and " + other.string() + ": are of different recordings");
+  EXPECT_THAT(different.err, HasSubstr("the recordings kitti-raw:/data/town and kitti-raw:/data/village"));
   EXPECT_FALSE(fs::exists(other / "evaluation.json"));
   for (const char* same : {"kitti-raw:/elsewhere/town", "kitti-raw:/data/town/drive"}) {
     name_recording(other, same);
     EXPECT_EQ(evaluate(world_->truth(), {"--against", other.string()}).exit_code, 0) << same;
   }
+  name_recording(other, "kitti-raw:/data/town", "way back");
+  expect_refusal(evaluate(world_->truth(), {"--against", other.string()}), kBadData,
+                 "(the sequences drive and way back)");
+}
+
+TEST_F(Evaluate, RefusesToCompareRunsWithDifferentTimes) {
+  const fs::path other = scratch_.path() / "other";
+  world_->record(other);
+  name_recording(run(), "kitti-raw:/data/town");
+  EXPECT_EQ(evaluate(world_->truth(), {"--against", other.string()}).exit_code, 0) << "a run without a name";
+  fs::remove_all(other);
+  world_->record(other, 0, 3'600'000'000'000);
+  const char* const reason = "(only 0 of 10 times of frames are in both)";
+  expect_refusal(evaluate(world_->truth(), {"--against", other.string()}), kBadData, reason);
+  name_recording(other, "kitti-raw:/data/town");
+  expect_refusal(evaluate(world_->truth(), {"--against", other.string()}), kBadData, reason);
 }
 
 TEST_F(Evaluate, FailsIfAConditionHolds) {

@@ -92,7 +92,7 @@ TruthRun::TruthRun(const std::filesystem::path& folder) : truth_(folder / "truth
   recording_ = writer.drive();
 }
 
-void TruthRun::record(const std::filesystem::path& run_folder, int first_frame) const {
+void TruthRun::record(const std::filesystem::path& run_folder, int first_frame, std::int64_t later_ns) const {
   recording::RecordingConfig config;
   config.directory = run_folder;
   config.geometry = geometry_;
@@ -102,7 +102,10 @@ void TruthRun::record(const std::filesystem::path& run_folder, int first_frame) 
   recording::RunRecorder recorder = recording::RunRecorder::create(config, arena).value();
   const Se3 T_run_world = frames_[static_cast<std::size_t>(first_frame)].T_world_cam.inverse();
   for (int i = first_frame; i < kFrames; ++i) {
-    expect_done(recorder.record(TrueFrame(frames_[static_cast<std::size_t>(i)], T_run_world).result));
+    TrueFrame frame(frames_[static_cast<std::size_t>(i)], T_run_world);
+    frame.result.newest.timestamp_ns += later_ns;
+    frame.result.finalised.timestamp_ns += later_ns;
+    expect_done(recorder.record(frame.result));
   }
   recording::RunSummary summary;
   summary.frames = static_cast<std::uint64_t>(kFrames - first_frame);

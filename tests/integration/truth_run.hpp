@@ -21,8 +21,9 @@ class TruthRun {
   [[nodiscard]] std::filesystem::path recording() const { return recording_; }
   [[nodiscard]] std::filesystem::path truth() const { return truth_; }
 
-  /// Records the truth from `first_frame` on as a run whose world is the camera of that frame.
-  void record(const std::filesystem::path& run_folder, int first_frame = 0) const;
+  /// Records the truth from `first_frame` on as a run whose world is the camera of that frame, and whose times are
+  /// later.
+  void record(const std::filesystem::path& run_folder, int first_frame = 0, std::int64_t later_ns = 0) const;
 
  private:
   StereoGeometry geometry_;

@@ -2,6 +2,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +16,7 @@
 #include "kinetrace/core/input_file.hpp"
 #include "kinetrace/evaluation/condition.hpp"
 #include "kinetrace/evaluation/evaluation.hpp"
+#include "kinetrace/recording/common_times.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -190,23 +193,27 @@ bool is_below(const fs::path& path, const fs::path& folder) {
   return std::mismatch(path.begin(), path.end(), folder.begin(), folder.end()).second == folder.end();
 }
 
-/// The same names, wherever the recording lay, and most times in common. Runs without a recording's name may be of any.
-bool are_of_one_recording(const recording::Run& run, const recording::Run& against) {
+/// What shows that two runs are of different recordings: other names, wherever the recordings lay, or few times in
+/// common. Empty if nothing does; runs without a recording's name may be of any.
+std::string recording_difference(const recording::Run& run, const recording::Run& against) {
   const fs::path here = recording_path(run);
   const fs::path there = recording_path(against);
   const bool is_named = !run.dataset.empty() && !against.dataset.empty();
   const bool has_same_name = here.filename() == there.filename() || is_below(here, there) || is_below(there, here);
-  if (is_named && (!has_same_name || run.sequence != against.sequence)) {
-    return false;
+  if (is_named && !has_same_name) {
+    return "the recordings " + run.dataset + " and " + against.dataset;
+  }
+  if (is_named && run.sequence != against.sequence) {
+    return "the sequences " + run.sequence + " and " + against.sequence;
   }
   std::vector<std::int64_t> times_ns;
   for (const recording::CameraRow& row : against.camera) {
     times_ns.push_back(row.timestamp_ns);
   }
-  const auto common = std::count_if(run.camera.begin(), run.camera.end(), [&](const recording::CameraRow& row) {
-    return std::binary_search(times_ns.begin(), times_ns.end(), row.timestamp_ns);
-  });
-  return 2 * static_cast<std::size_t>(common) >= std::min(run.camera.size(), against.camera.size());
+  const recording::CommonTimes times = recording::common_times(run, std::move(times_ns));
+  return times.are_most() ? ""
+                          : "only " + std::to_string(times.common) + " of " + std::to_string(times.frames) +
+                                " times of frames are in both";
 }
 
 /// The run, and the one to compare it with, if there is one.
@@ -222,11 +229,11 @@ Result<std::vector<recording::Run>> read_runs(const EvaluateOptions& options) {
     }
     runs.push_back(std::move(*run));
   }
-  if (runs.size() == 2 && !are_of_one_recording(runs[0], runs[1])) {
-    return fail(ErrorCode::kBadFormat, options.run.string() + " (" + runs[0].dataset + ") and " +
-                                           options.against.string() + " (" + runs[1].dataset +
-                                           ") are runs of different recordings; --against takes another run of the "
-                                           "same one");
+  if (const std::string difference = runs.size() == 2 ? recording_difference(runs[0], runs[1]) : "";
+      !difference.empty()) {
+    return fail(ErrorCode::kBadFormat, options.run.string() + " and " + options.against.string() +
+                                           ": are of different recordings (" + difference +
+                                           "); --against takes another run of the same one");
   }
   return runs;
 }

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <optional>
-#include <set>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "kinetrace/features/affine_template.hpp"
+#include "kinetrace/recording/common_times.hpp"
 #include "kinetrace/recording/observations.hpp"
 
 namespace kinetrace::figure {
@@ -101,21 +102,16 @@ Counts find_points(const Sample& sample, RecordedImages& images) {
   return counts;
 }
 
-/// Of the times of the shorter of both.
-Counts find_times(const recording::Run& run, const hal::FrameList& frames) {
-  std::set<std::int64_t> times_ns;
+recording::CommonTimes find_times(const recording::Run& run, const hal::FrameList& frames) {
+  std::vector<std::int64_t> times_ns;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    times_ns.insert(frames[i].timestamp_ns);
+    times_ns.push_back(frames[i].timestamp_ns);
   }
-  Counts counts{std::min(run.camera.size(), frames.size()), 0};
-  for (const recording::CameraRow& row : run.camera) {
-    counts.found += times_ns.contains(row.timestamp_ns) ? 1 : 0;
-  }
-  return counts;
+  return recording::common_times(run, std::move(times_ns));
 }
 
-std::string numbers(const Counts& counts, const char* what) {
-  return std::to_string(counts.found) + " of " + std::to_string(counts.points) + what;
+std::string numbers(std::size_t found, std::size_t of, const char* what) {
+  return std::to_string(found) + " of " + std::to_string(of) + what;
 }
 
 /// What shows that it is another recording; empty if nothing does.
@@ -133,10 +129,10 @@ std::string difference(const recording::Run& run, RecordedImages& images) {
   }
   if (points.points >= kMinPoints) {
     const bool is_same = static_cast<double>(points.found) >= kMinShare * static_cast<double>(points.points);
-    return is_same ? "" : numbers(points, " points of the run are in its images");
+    return is_same ? "" : numbers(points.found, points.points, " points of the run are in its images");
   }
-  const Counts times = find_times(run, images.frames());
-  return 2 * times.found >= times.points ? "" : numbers(times, " times of its frames are the run's");
+  const recording::CommonTimes times = find_times(run, images.frames());
+  return times.are_most() ? "" : numbers(times.common, times.frames, " times of its frames are the run's");
 }
 
 }  // namespace
