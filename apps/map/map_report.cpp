@@ -145,6 +145,9 @@ std::string report_json(const MapReport& report, int indent) {
                              "position_sigma_m", "covariance", "scale", "scale_sigma"}) {
       json[name] = nullptr;
     }
+    for (const char* name : {"horizontal_noise_m", "vertical_noise_m", "correlation"}) {
+      json["fixes"][name] = nullptr;
+    }
   }
   if (is_aligned) {
     json["map"] = map_json(report);

@@ -26,7 +26,9 @@ using geo::PathPose;
 using geo::test::drive;
 using geo::test::Receiver;
 using nlohmann::json;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 namespace fs = std::filesystem;
 
@@ -208,6 +210,22 @@ TEST_F(Map, RefusesAStraightLineAndLeavesNoMap) {
   EXPECT_EQ(report()["verdict"], "refused");
   EXPECT_FALSE(fs::exists(run() / "map" / "trajectories.csv"));
   EXPECT_FALSE(fs::exists(run() / "map" / "map.png"));
+}
+
+TEST_F(Map, ReportsNothingThatWasNotEstimated) {
+  prepare(geo::test::town());
+  const ProgramResult result = map({"--time-offset", "100000"});
+  EXPECT_EQ(result.exit_code, kBadData);
+  EXPECT_THAT(result.err, HasSubstr("fewer than 10 fixes"));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("reference "), Not(HasSubstr("noise ")), Not(HasSubstr("scale "))));
+  const json about = report();
+  for (const char* name : {"horizontal_noise_m", "vertical_noise_m", "correlation"}) {
+    EXPECT_TRUE(about["fixes"].at(name).is_null()) << name;
+  }
+  for (const char* name : {"time_offset_s", "covariance", "scale"}) {
+    EXPECT_TRUE(about.at(name).is_null()) << name;
+  }
+  EXPECT_EQ(about["fixes"]["matched"], 0);
 }
 
 TEST_F(Map, SaysWhatIsWrongWithItsArguments) {
