@@ -55,7 +55,8 @@ class NmeaReader {
       file_.notes.emplace_back("the log has no date (RMC or ZDA): that of the recording is taken");
     }
     if (!has_positions_ && file_.counts.records > 0) {
-      file_.notes.emplace_back("the log has no GGA, whose positions alone have heights: have the receiver send it");
+      file_.notes.emplace_back(
+          "the log has no readable GGA, whose positions alone have heights: have the receiver send it");
     }
     // Positions before the first date.
     const std::int64_t midnight_ns = undated_ > 0 ? first_day_ns() : 0;

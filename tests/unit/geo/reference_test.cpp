@@ -157,7 +157,7 @@ TEST_F(References, NmeaWithoutAFixIsRefusedWithItsCounts) {
 TEST_F(References, NmeaWithoutPositionsIsRefusedWithTheSentenceThatIsMissing) {
   const auto reference = read_nmea(rmc("130225.00", "260911"));
   ASSERT_FALSE(reference);
-  EXPECT_THAT(reference.error().message, HasSubstr("no GGA"));
+  EXPECT_THAT(reference.error().message, HasSubstr("no readable GGA"));
 }
 
 TEST_F(References, NmeaIsAsSureAsItsQualityAndDilutionSay) {
