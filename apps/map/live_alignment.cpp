@@ -43,18 +43,23 @@ void LiveAlignment::count_without_fix() noexcept {
   ++counts_.without_fix;
 }
 
-void LiveAlignment::add_fix(std::int64_t time_ns, const geo::Geodetic& place, const Eigen::Vector3d& sigma_m) {
+Status LiveAlignment::add_fix(std::int64_t time_ns, const geo::Geodetic& place, const Eigen::Vector3d& sigma_m) {
   ++counts_.records;
   constexpr double kMaxSigma_m = 1e6;
   if (!geo::is_valid(place) || !((sigma_m.array() >= 0.0) && (sigma_m.array() <= kMaxSigma_m)).all()) {
     ++counts_.malformed;
-    return;
+    return {};
   }
   if (!frame_) {
     frame_ = geo::LocalFrame::at(place).value();
   }
+  if (Status near = origin_is_checked_ ? Status{} : geo::check_origin(*frame_, place); !near) {
+    return near;
+  }
+  origin_is_checked_ = true;
   constexpr double kMinSigma_m = 1e-3;
   window_.add(geo::Fix{time_ns, frame_->to_enu(place), sigma_m.cwiseMax(kMinSigma_m)});
+  return {};
 }
 
 bool LiveAlignment::has_new_fixes() const noexcept {

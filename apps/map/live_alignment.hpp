@@ -45,8 +45,8 @@ class LiveAlignment {
                 const Se3& T_world_cam);
   /// Ends the path: later poses are not connected with it.
   void lose_camera() noexcept;
-  /// An invalid place is counted and skipped.
-  void add_fix(std::int64_t time_ns, const geo::Geodetic& place, const Eigen::Vector3d& sigma_m);
+  /// An invalid place is counted and skipped. Errors: those of geo::check_origin, for the first one that is valid.
+  [[nodiscard]] Status add_fix(std::int64_t time_ns, const geo::Geodetic& place, const Eigen::Vector3d& sigma_m);
   void count_without_fix() noexcept;
 
   /// Whether fixes have come since the last task was filled in.
@@ -80,6 +80,7 @@ class LiveAlignment {
   geo::AlignmentConfig config_;
   std::optional<geo::LocalFrame> frame_;
   bool offset_is_given_;
+  bool origin_is_checked_ = false;
   std::optional<std::int64_t> newest_frame_;
   std::optional<std::int64_t> latency_ns_;  ///< Least difference of the machine's clock to a pose's time.
   std::optional<geo::Alignment> newest_;

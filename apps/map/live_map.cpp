@@ -102,14 +102,14 @@ class Follower final : public publishing::ResultListener {
   std::int64_t latency_ns_ = 0;
 };
 
-void take_fix(const NavSatFix& fix, LiveAlignment& alignment) {
+[[nodiscard]] Status take_fix(const NavSatFix& fix, LiveAlignment& alignment) {
   if (!fix.has_fix) {
     alignment.count_without_fix();
-    return;
+    return {};
   }
   const Eigen::Vector3d sigma_m =
       fix.covariance_known ? fix.covariance_m2.diagonal().cwiseSqrt().eval() : Eigen::Vector3d::Ones().eval();
-  alignment.add_fix(fix.stamp_ns, {fix.latitude_deg, fix.longitude_deg, fix.height_m}, sigma_m);
+  return alignment.add_fix(fix.stamp_ns, {fix.latitude_deg, fix.longitude_deg, fix.height_m}, sigma_m);
 }
 
 /// Prints changes, or each alignment as JSON.
@@ -195,8 +195,13 @@ class LiveMap {
     if (Status ready = sender_.supervise(now_ns); !ready) {
       return ready;
     }
-    if (Status taken = fixes_.take([this](const NavSatFix& fix) { take_fix(fix, alignment_); }); !taken) {
+    Status usable;
+    const auto take = [&](const NavSatFix& fix) { usable = usable ? take_fix(fix, alignment_) : usable; };
+    if (Status taken = fixes_.take(take); !taken) {
       return taken;
+    }
+    if (!usable) {
+      return usable;
     }
     if (Status taken = reader_.take(follower_); !taken) {
       return taken;

@@ -84,9 +84,8 @@ class LiveMap : public ::testing::Test {
     const geo::Geodetic place = frame_.to_geodetic(fix.enu_m);
     receiver_.send(fix.time_ns, 0, {place.latitude_deg, place.longitude_deg, place.height_m}, 0, 0.0);
   }
-  [[nodiscard]] Program start(std::vector<std::string> more) const {
-    more.insert(more.begin(),
-                {"map", "--reference", "navsatfix:/gps/fix", "--publish", network_, "--origin", "49.011,8.416,116.4"});
+  [[nodiscard]] Program start(std::vector<std::string> more, const char* origin = "49.011,8.416,116.4") const {
+    more.insert(more.begin(), {"map", "--reference", "navsatfix:/gps/fix", "--publish", network_, "--origin", origin});
     Program program(more);
     for (int i = 0; i < 500 && !receiver_.is_matched(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -234,6 +233,12 @@ TEST_F(LiveMap, AnotherRunBeginsAnew) {
   EXPECT_EQ(camera_.next(std::chrono::milliseconds(300)), nullptr);
   program.send(SIGTERM);
   EXPECT_EQ(program.wait().exit_code, 0);
+}
+
+TEST_F(LiveMap, RefusesAnOriginFarFromTheFirstFix) {
+  Program program = start({}, "50.5,8.416,116.4");
+  send({.time_ns = 1'000'000'000, .enu_m = Eigen::Vector3d::Zero()});
+  expect_refusal(program.wait(), kUsage, "--origin lies 166 km from the fixes");
 }
 
 TEST_F(LiveMap, SaysWhatIsMissingOrWrong) {

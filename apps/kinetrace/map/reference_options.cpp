@@ -46,7 +46,7 @@ void add_reference_options(CLI::App& command, ReferenceOptions& options) {
       .add_option(
           "--origin", options.origin,
           "Origin of the map's metres in WGS84; for euroc, where its metres begin. Without it, the middle of the "
-          "reference")
+          "reference; at most 100 km from the fixes")
       ->needs("--reference")
       ->type_name("LAT,LON,HEIGHT");
 }

@@ -20,9 +20,6 @@ Result<FileFixes> read_file(const ReferenceSource& source) {
   return fail(ErrorCode::kInternal, "a reference without a reader");
 }
 
-// The vertical differs by 0.9 degrees.
-constexpr double kMaxFromOrigin_m = 1e5;
-
 /// Explanation for a file without a fix.
 std::string why_none(const Reference& reference) {
   const ReferenceCounts& counts = reference.counts;
@@ -76,10 +73,8 @@ Result<Reference> read_global(const ReferenceSource& source) {
   if (!frame) {
     return Unexpected(frame.error());
   }
-  if (const double away_m = frame->to_enu(middle).norm(); !file->fixes.empty() && away_m > kMaxFromOrigin_m) {
-    return fail(ErrorCode::kInvalidArgument, "--origin lies " + std::to_string(std::lround(away_m / 1000.0)) +
-                                                 " km from the fixes of " + source.path.string() +
-                                                 ": up is another direction there; give one within 100 km, or none");
+  if (const Status near = file->fixes.empty() ? Status{} : check_origin(*frame, middle); !near) {
+    return fail(near.error().code, source.path.string() + ": " + near.error().message);
   }
   Reference reference{*frame, {}, file->counts, std::move(file->notes)};
   for (const FileFix& fix : file->fixes) {
@@ -97,6 +92,17 @@ std::string_view to_string(ReferenceFormat format) noexcept {
     }
   }
   return "unknown";
+}
+
+Status check_origin(const LocalFrame& frame, const Geodetic& place) {
+  constexpr double kMaxFromOrigin_m = 1e5;  // The vertical differs by 0.9 degrees.
+  const double away_m = frame.to_enu(place).norm();
+  if (away_m <= kMaxFromOrigin_m) {
+    return {};
+  }
+  return fail(ErrorCode::kInvalidArgument,
+              "--origin lies " + std::to_string(std::lround(away_m / 1000.0)) +
+                  " km from the fixes: up is another direction there; give one within 100 km, or none");
 }
 
 Result<Reference> read_reference(const ReferenceSource& source) {

@@ -64,9 +64,12 @@ class Follower {
   }
   void add_fix() {
     const double way = static_cast<double>(steps_);
-    alignment_.add_fix(time_ns(),
-                       {number(values_, 49.0 + 2e-6 * way), number(values_, 8.4 + 4e-6 * way), number(values_, 110.0)},
-                       numbers(values_, {1.0, 1.0, 2.0}).cwiseSqrt());
+    require(
+        alignment_
+            .add_fix(time_ns(),
+                     {number(values_, 49.0 + 2e-6 * way), number(values_, 8.4 + 4e-6 * way), number(values_, 110.0)},
+                     numbers(values_, {1.0, 1.0, 2.0}).cwiseSqrt())
+            .has_value());
   }
   void align() {
     if (!alignment_.has_new_fixes()) {

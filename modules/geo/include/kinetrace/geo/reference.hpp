@@ -65,6 +65,9 @@ struct ReferenceSource {
   std::int64_t near_time_ns = 0;   ///< Time of the recording: supplies the date of an NMEA log without one.
 };
 
+/// The map's vertical must be that of a valid place among the fixes. Errors: kInvalidArgument (more than 100 km away).
+[[nodiscard]] Status check_origin(const LocalFrame& frame, const Geodetic& place);
+
 /// Reads a reference. In logs of receivers (kNmea, kGpx), damaged records are left out and counted; tables (the other
 /// formats) must be complete. Errors, with the file and, for tables, the line: kNotFound, kBadFormat (also: no fix at
 /// all), kIo, kInvalidArgument (an origin is missing, not valid, or more than 100 km away).
