@@ -156,7 +156,9 @@ Outcome<RefinedRun> refine(recording::Run& run, const RefineOptions& asked, Refi
   return refined;
 }
 
-recording::RunSummary summary_of(const recording::Run& run, const RefinedRun& refined, const RefineOptions& options) {
+/// `signal`: that stopped the refinement; 0: none.
+recording::RunSummary summary_of(const recording::Run& run, const RefinedRun& refined, const RefineOptions& options,
+                                 int signal) {
   recording::RunSummary summary;
   summary.version = KINETRACE_VERSION;
   summary.config_json = run.config_json;
@@ -171,7 +173,7 @@ recording::RunSummary summary_of(const recording::Run& run, const RefinedRun& re
   }
   summary.warnings = run.notes;
   summary.warnings.insert(summary.warnings.end(), refined.notes.begin(), refined.notes.end());
-  if (const int signal = app::interrupted_by(); signal != 0) {
+  if (signal != 0) {
     summary.exit_status = app::kSignalBase + signal;
   }
   return summary;
@@ -192,11 +194,12 @@ Outcome<int> carry_out(const RefineOptions& options) {
     progress.clear();
     return Unexpected(refined.error());
   }
-  if (const int signal = app::interrupted_by(); signal != 0) {
+  const int signal = app::interrupted_by();
+  if (signal != 0) {
     refined->notes.push_back("refinement was stopped by signal " + std::to_string(signal) +
                              "; what it did not reach is as the run had it");
   }
-  const recording::RunSummary summary = summary_of(*run, *refined, options);
+  const recording::RunSummary summary = summary_of(*run, *refined, options, signal);
   const Status written =
       write_refined_run(*run, *refined, options.out, summary, [&](std::size_t rows) { progress.written(rows); });
   progress.clear();
