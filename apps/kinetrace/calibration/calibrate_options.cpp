@@ -31,7 +31,8 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
   command
       .add_option(
           "--lens", options.lens,
-          "Lens model: radtan (k1 k2 p1 p2), radtan5 (and k3), rational (and k4 to k6) or fisheye (equidistant)")
+          "With a target, lens model: radtan (k1 k2 p1 p2), radtan5 (and k3), rational (and k4 to k6) or fisheye "
+          "(equidistant); --self takes radial-tangential lenses only")
       ->check(CLI::IsMember({"radtan", "radtan5", "rational", "fisheye"}))
       ->capture_default_str()
       ->excludes(self);
@@ -44,7 +45,7 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
   // Drawing a target takes no images.
   command.get_option_group("Source")->require_option(0, 1);
   add_until_options(command, options.until);
-  // A recording without a target is read once, as it is, and its lens model is found.
+  // A recording without a target is read once, as it is; its lenses are radial-tangential.
   for (const char* unused : {"--loop", "--fault", "--seconds"}) {
     command.get_option(unused)->excludes(self);
   }

@@ -23,7 +23,8 @@ struct FileEntry {
   std::optional<std::uint64_t> rows = std::nullopt;  ///< Rows of the file, if readers check for missing ones.
 };
 
-/// Whether a run can be written to `directory`, without changing it. Errors: as prepare_run_folder.
+/// Whether a run can be written to `directory`. Leaves it as it is; where it is missing, one is made and removed again.
+/// Errors: as prepare_run_folder.
 [[nodiscard]] Status check_run_folder(const std::filesystem::path& directory);
 /// Prepares `config.directory`: creates it, or removes the files of an earlier run and nothing else. The lock reserves
 /// the folder for this run. Errors: kInvalidArgument (in use; holds something else), kIo.

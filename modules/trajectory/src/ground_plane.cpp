@@ -24,7 +24,7 @@ constexpr double kSamePlaneSigmas = 4.0;     // Of the slope; a larger change me
 constexpr double kMinScatter = 0.05;         // Minimum of squared residuals over tolerances; less is chance.
 constexpr double kMinSlope_rad = 0.006;
 
-/// A hash of two numbers (Steele, Lea and Flood 2014).
+/// A hash of a number (Steele, Lea and Flood 2014).
 std::uint32_t hash(std::uint32_t value) {
   std::uint64_t z = value + 0x9e3779b97f4a7c15ULL;
   z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;

@@ -46,8 +46,8 @@ class KINETRACE_API RunRecorder {
   /// (folder is neither empty nor a run folder, or another run or a reader uses it), kIo (cannot be written), kCapacity
   /// (arena too small).
   [[nodiscard]] static Result<RunRecorder> create(const RecordingConfig& config, Arena& arena);
-  /// Whether `create` can use the folder, without changing it: for runs written at the end of long work. Errors: as
-  /// `create`.
+  /// Whether `create` can use the folder, for runs written at the end of long work. Leaves it as it is; where it is
+  /// missing, one is made and removed again. Errors: as `create`.
   [[nodiscard]] static Status check_folder(const std::filesystem::path& directory);
   /// Bytes that `create` takes from the arena. `config` must be valid.
   [[nodiscard]] static std::size_t required_bytes(const RecordingConfig& config);
