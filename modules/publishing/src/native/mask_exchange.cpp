@@ -191,7 +191,7 @@ kinetrace_InstanceMask instance_mask(const MaskSender::Image::Mask& mask) {
   out.x1_px = static_cast<std::uint16_t>(mask.box_px.x1);
   out.y1_px = static_cast<std::uint16_t>(mask.box_px.y1);
   // Writing does not modify a sequence's data.
-  refer_to(out.runs, {const_cast<std::uint16_t*>(mask.runs.data()), mask.runs.size()});  // NOLINT(*-const-cast)
+  set_items(out.runs, {const_cast<std::uint16_t*>(mask.runs.data()), mask.runs.size()});  // NOLINT(*-const-cast)
   return out;
 }
 
@@ -224,7 +224,7 @@ Status MaskSender::send(const Image& image) {
       masks.push_back(instance_mask(image.masks[i]));
     }
     message.piece = static_cast<std::uint32_t>(piece);
-    refer_to(message.masks, masks);
+    set_items(message.masks, masks);
     if (Status written = write((*ends)->masks, &message, topics::kInstanceMasks); !written) {
       return written;
     }

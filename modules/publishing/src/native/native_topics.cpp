@@ -151,7 +151,7 @@ void NativeTopics::publish_objects(const PublishedFrame& frame, Outbox& outbox) 
     }
     message.piece = piece.index;
     message.pieces = piece.of;
-    refer_to(message.objects, objects);
+    set_items(message.objects, objects);
     outbox.write(objects_, &message, sizeof(message) + objects.size_bytes());
   });
 }
@@ -175,9 +175,9 @@ void NativeTopics::publish_points(const PublishedFrame& frame, Outbox& outbox) c
     }
     message.piece = piece.index;
     message.pieces = piece.of;
-    refer_to(message.position_m, buffers_.positions_m.first(3 * piece.count));
-    refer_to(message.track_id, buffers_.track_ids.first(piece.count));
-    refer_to(message.intensity, buffers_.intensities.first(piece.count));
+    set_items(message.position_m, buffers_.positions_m.first(3 * piece.count));
+    set_items(message.track_id, buffers_.track_ids.first(piece.count));
+    set_items(message.intensity, buffers_.intensities.first(piece.count));
     outbox.write(points_, &message, sizeof(message) + piece.count * kPointBytes);
   });
 }
@@ -212,8 +212,8 @@ void NativeTopics::publish(const PublishedHealth& health, const PublishCounters&
     add_counter(name, sent.*member);
   }
   message.calibration = calibration_estimate(health.rig, geometry_);
-  refer_to(message.reasons, buffers_.reasons.first(reasons));
-  refer_to(message.counters, buffers_.counters.first(counters));
+  set_items(message.reasons, buffers_.reasons.first(reasons));
+  set_items(message.counters, buffers_.counters.first(counters));
   outbox.write(health_, &message,
                sizeof(message) + reasons * sizeof(kinetrace_HealthReason) + counters * sizeof(kinetrace_Counter));
 }
@@ -228,7 +228,7 @@ void NativeTopics::publish(const TrajectoryPart& part, Outbox& outbox) const {
   message.class_id = part.class_id;
   message.finished = part.finished;
   message.first_pose = part.first_pose;
-  refer_to(message.poses, part.poses);
+  set_items(message.poses, part.poses);
   outbox.write(trajectories_, &message, sizeof(message) + part.poses.size_bytes());
 }
 

@@ -134,7 +134,7 @@ void MapSender::send_transform(std::int64_t stamp_ns, const Se3& T_map_world) no
   geometry_msgs_msg_dds__TransformStamped_ transform{
       {ros_time(stamp_ns), ros_text(ros.map_frame)}, ros_text(ros.odom_frame), ros_transform(T_map_odom)};
   tf2_msgs_msg_dds__TFMessage_ message{};
-  refer_to(message.transforms, {&transform, 1});
+  set_items(message.transforms, {&transform, 1});
   impl_->write(&MapWriters::transforms, message);
 }
 
@@ -160,10 +160,10 @@ void MapSender::send(const MapDiagnostics& diagnostics, std::int64_t stamp_ns) {
   status.name = ros_text("kinetrace map");
   status.message = ros_text(text);
   status.hardware_id = ros_text(impl_->config.device);
-  refer_to(status.values, values);
+  set_items(status.values, values);
   diagnostic_msgs_msg_dds__DiagnosticArray_ message{};
   message.header = {ros_time(stamp_ns), ros_text("")};
-  refer_to(message.status, {&status, 1});
+  set_items(message.status, {&status, 1});
   impl_->write(&MapWriters::diagnostics, message);
 }
 

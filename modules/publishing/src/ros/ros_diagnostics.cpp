@@ -56,10 +56,10 @@ diagnostic_msgs_msg_dds__DiagnosticArray_ RosDiagnostics::fill(const PublishedHe
   status.name = ros_text("kinetrace");
   status.message = ros_text(to_string(health.state).data());
   status.hardware_id = ros_text(device);
-  refer_to(status.values, std::span(storage_->values).first(count_));
+  set_items(status.values, std::span(storage_->values).first(count_));
   diagnostic_msgs_msg_dds__DiagnosticArray_ message{};
   message.header = header;
-  refer_to(message.status, {&status, 1});
+  set_items(message.status, {&status, 1});
   return message;
 }
 

@@ -82,7 +82,7 @@ void RosMarkers::add(const ObjectResult& object, const std_msgs_msg_dds__Header_
     arrow.arrow = {ros_point(box.T_odom_box.translation), ros_point(box.T_odom_box.translation + ahead_m)};
     visualization_msgs_msg_dds__Marker_& velocity = next(object, header, "velocity", kArrow);
     velocity.scale = {kShaftDiameter_m, kHeadDiameter_m, 0.0};
-    refer_to(velocity.points, arrow.arrow);
+    set_items(velocity.points, arrow.arrow);
   }
 }
 

@@ -53,7 +53,7 @@ void fill(const ObjectResult& object, const std_msgs_msg_dds__Header_& header, R
   copy_covariance(to_ros_covariance(box, object.box_sigma), storage.hypothesis.pose.covariance);
   detection = {};
   detection.header = header;
-  refer_to(detection.results, {&storage.hypothesis, 1});
+  set_items(detection.results, {&storage.hypothesis, 1});
   detection.bbox = {ros_pose(box.T_odom_box), ros_vector(box.size_m)};
   detection.id = storage.id.data();
 }
@@ -127,7 +127,7 @@ void RosTopics::publish(const StereoGeometry& geometry, Outbox& outbox) const {
       {{{ros_time(0), ros_text(ros.base_frame)}, ros_text(ros.left_frame), ros_transform(T_base_left)},
        {{ros_time(0), ros_text(ros.left_frame)}, ros_text(ros.right_frame), ros_transform(T_left_right)}}};
   tf2_msgs_msg_dds__TFMessage_ message{};
-  refer_to(message.transforms, transforms);
+  set_items(message.transforms, transforms);
   outbox.write(static_transforms_, &message, sizeof(transforms));
 }
 
@@ -169,7 +169,7 @@ void RosTopics::publish_transform(const PublishedFrame& frame, Outbox& outbox) c
                                                      ros_text(config_->ros2.base_frame),
                                                      ros_transform(to_ros(frame.camera.T_world_cam))};
   tf2_msgs_msg_dds__TFMessage_ message{};
-  refer_to(message.transforms, {&transform, 1});
+  set_items(message.transforms, {&transform, 1});
   outbox.write(transforms_, &message, sizeof(transform) + kHeaderBytes);
 }
 
@@ -183,7 +183,7 @@ void RosTopics::publish_detections(const PublishedFrame& frame, Outbox& outbox) 
   const auto send = [&] {
     vision_msgs_msg_dds__Detection3DArray_ message{};
     message.header = header;
-    refer_to(message.detections, buffers_->detections.first(count));
+    set_items(message.detections, buffers_->detections.first(count));
     outbox.write(detections_, &message, kHeaderBytes + count * kDetectionBytes);
     count = 0;
     is_sent = true;
@@ -209,7 +209,7 @@ void RosTopics::publish_markers(const PublishedFrame& frame, Outbox& outbox) con
   std::size_t count = 0;
   const auto send = [&] {
     visualization_msgs_msg_dds__MarkerArray_ message{};
-    refer_to(message.markers, markers.markers());
+    set_items(message.markers, markers.markers());
     outbox.write(markers_, &message, kHeaderBytes + markers.markers().size() * kMarkerBytes);
     markers.clear();
     count = 0;
@@ -252,11 +252,11 @@ void RosTopics::publish_cloud(const PublishedFrame& frame, Outbox& outbox) const
   message.header = stamper_.header(frame.timestamp_ns, config_->ros2.odom_frame);
   message.height = 1;
   message.width = static_cast<std::uint32_t>(thinning.kept());
-  refer_to(message.fields, fields);
+  set_items(message.fields, fields);
   message.is_bigendian = std::endian::native == std::endian::big;
   message.point_step = kPointBytes;
   message.row_step = message.width * message.point_step;
-  refer_to(message.data, buffers_->cloud.first(message.row_step));
+  set_items(message.data, buffers_->cloud.first(message.row_step));
   message.is_dense = true;
   outbox.write(points_, &message, kHeaderBytes + sizeof(fields) + message.row_step);
 }
@@ -282,7 +282,7 @@ void RosTopics::publish(const TrajectoryPart& part, Outbox& outbox) const {
   }
   geometry_msgs_msg_dds__PoseArray_ message{};
   message.header = stamper_.header(part.poses.back().timestamp_ns, config_->ros2.odom_frame);
-  refer_to(message.poses, poses);
+  set_items(message.poses, poses);
   outbox.write(trajectories_, &message, kHeaderBytes + poses.size_bytes());
 }
 

@@ -12,7 +12,7 @@ namespace kinetrace::publishing {
 
 /// Makes a message's sequence refer to `items`, which the caller keeps.
 template <typename Sequence>
-void refer_to(Sequence& sequence, std::span<std::remove_pointer_t<decltype(Sequence::_buffer)>> items) noexcept {
+void set_items(Sequence& sequence, std::span<std::remove_pointer_t<decltype(Sequence::_buffer)>> items) noexcept {
   sequence._buffer = items.data();
   sequence._length = static_cast<std::uint32_t>(items.size());
   sequence._maximum = sequence._length;
