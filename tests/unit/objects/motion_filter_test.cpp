@@ -284,8 +284,9 @@ TEST(MotionFilter, RefusesAnImplausiblePositionAndRestartsThereWhenAsked) {
 TEST(MotionFilter, LikelihoodsOfPlacesFallWithDistanceAndWithTheSizeOfTheBody) {
   const Eigen::Vector3d here(0.0, 0.0, 20.0);
   MotionFilter filter = started(at(here));
-  const auto log_likelihood = [&](double beside_m, double body_px3) {
-    return filter.log_likelihood(stereo(see({}, here + Eigen::Vector3d(beside_m, 0.0, 0.0))), body_px3, {}).value();
+  const auto log_likelihood = [&](double beside_m, double body_volume_px3) {
+    return filter.log_likelihood(stereo(see({}, here + Eigen::Vector3d(beside_m, 0.0, 0.0))), body_volume_px3, {})
+        .value();
   };
   EXPECT_GT(log_likelihood(0.0, 0.0), log_likelihood(0.5, 0.0));
   EXPECT_LT(log_likelihood(12.0, 0.0), log_likelihood(0.0, 0.0) - 8.0);

@@ -51,7 +51,7 @@ std::vector<Transition> transitions() {
       {"TentativeIsLookedForInVain", kTentative, kTentativeMissed, kEnded},
       {"TentativeVanishes", kTentative, kVanishedWithoutPrediction, kEnded},
       {"TentativeIsMissedForLong", kTentative, kMissedWithoutPrediction, kEnded},
-      {"TentativeIsForgotten", kTentative, kCoastedTooLong, kEnded},
+      {"TentativeCoastsTooLong", kTentative, kCoastedTooLong, kEnded},
       {"FreeStaysFree", kFree, kOftenDetected, kFree},
       {"EndedStaysEnded", kEnded, kOftenDetected, kEnded},
   };
@@ -67,9 +67,9 @@ std::vector<Transition> transitions() {
       all.push_back({of + "IsOutOfSight", from, kOutOfSight, kHidden});
     }
     all.push_back({of + "IsMissedInSightForLong", from, kLongInSight, kDormant});
-    all.push_back({of + "WithoutAPlaceVanishes", from, kVanishedWithoutPrediction, kEnded});
-    all.push_back({of + "WithoutAPlaceIsMissedForLong", from, kMissedWithoutPrediction, kEnded});
-    all.push_back({of + "IsForgotten", from, kCoastedTooLong, kEnded});
+    all.push_back({of + "WithoutAPredictionVanishes", from, kVanishedWithoutPrediction, kEnded});
+    all.push_back({of + "WithoutAPredictionIsMissedForLong", from, kMissedWithoutPrediction, kEnded});
+    all.push_back({of + "CoastsTooLong", from, kCoastedTooLong, kEnded});
     all.push_back({of + "HasPassedToAnother", from, kTerminated, kEnded});
   }
   all.push_back({"TentativeHasPassedToAnother", kTentative, kTerminated, kEnded});
