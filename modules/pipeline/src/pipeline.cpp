@@ -254,7 +254,7 @@ Result<DetectionFrame> Pipeline::Impl::segment(const RectifiedPair& pair, const 
                              .features = frame.features,
                              .ego_valid = intake.frames() > 0 && camera.tracked(),
                              .T_prev_cam = ego.T_prev_cam,
-                             .jumped = ego.is_cut});
+                             .is_cut = ego.is_cut});
 }
 
 Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detections, const FeatureFrame& frame,

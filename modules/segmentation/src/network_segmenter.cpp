@@ -87,7 +87,7 @@ Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input)
                 "segmentation: load() was not called for frame " + std::to_string(input.pair.frame_index));
   }
   ++counters_.frames;
-  if (input.jumped) {
+  if (input.is_cut) {
     forget_earlier_frames();
   }
   DetectionFrame frame;

@@ -47,7 +47,7 @@ class NetworkSegmenterTest : public ::testing::Test {
     segmenter_ = make_segmenter(config_, kGeometry, 10, *arena_, {.external = nullptr, .network = &network_}).value();
   }
   /// Three features in the mask move a pixel to the right with every frame.
-  DetectionFrame run(std::int64_t index, bool jumped = false) {
+  DetectionFrame run(std::int64_t index, bool is_cut = false) {
     for (std::uint16_t i = 0; i < 3; ++i) {
       features_[i].id = i + 1U;
       features_[i].slot = i;
@@ -57,7 +57,7 @@ class NetworkSegmenterTest : public ::testing::Test {
     SegmentationInput input;
     input.pair.frame_index = index;
     input.features = features_;
-    input.jumped = jumped;
+    input.is_cut = is_cut;
     segmenter_->load(input.pair, tracks_);
     return segmenter_->process(input).value();
   }

@@ -39,7 +39,7 @@ class NetworkSegmenter final : public Segmenter {
   struct UnderWay {
     PixelBox region_px;  ///< Empty: the whole image, and the right one, if it is segmented.
     int age_frames = 0;
-    bool is_wanted = true;  ///< False after reset() or a jump.
+    bool is_wanted = true;  ///< False after reset() or a cut.
   };
 
   NetworkSegmenter() = default;

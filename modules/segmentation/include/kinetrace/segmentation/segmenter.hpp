@@ -26,7 +26,7 @@ struct SegmentationInput {
                                       ///< previous frame.
   bool ego_valid = false;             ///< False: no ego motion for this frame (lost, or the very first frame).
   Se3 T_prev_cam;                     ///< Left camera of this frame in the left camera of the previous frame.
-  bool jumped = false;                ///< Scene differs from the frame before: masks of earlier ones are void.
+  bool is_cut = false;                ///< Scene differs from the frame before: masks of earlier ones are void.
 };
 
 /// Running totals since start (reset() keeps them).

@@ -1,4 +1,4 @@
-// Recordings that restart or have been cut: the camera is lost for one frame, and no object survives the jump.
+// Recordings that restart or have been cut: the camera is lost for one frame, and no object survives it.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class JumpInARecording : public ::testing::Test {
+class CutInARecording : public ::testing::Test {
  protected:
   static constexpr int kFrames = 60;
 
@@ -68,7 +68,7 @@ class JumpInARecording : public ::testing::Test {
   nlohmann::json counters_;
 };
 
-TEST_F(JumpInARecording, PlayedTwiceItLosesOneFrame) {
+TEST_F(CutInARecording, PlayedTwiceItLosesOneFrame) {
   run({"--loop", "2"});
   EXPECT_EQ(counters_.at("frames"), 2 * kFrames);
   EXPECT_EQ(counters_.at("background_lost_frames"), 1);
@@ -79,7 +79,7 @@ TEST_F(JumpInARecording, PlayedTwiceItLosesOneFrame) {
   EXPECT_NE(before, after);
 }
 
-TEST_F(JumpInARecording, CutItLosesOneFrameHoweverTheCameraMovesThen) {
+TEST_F(CutInARecording, CutItLosesOneFrameHoweverTheCameraMovesThen) {
   constexpr int kCut = 10;
   turn_round_from(kCut);
   run();
