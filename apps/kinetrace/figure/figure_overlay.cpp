@@ -69,7 +69,7 @@ void draw_trail(Canvas& canvas, const OverlayFrame& frame, const recording::Obje
   canvas.polylines(lines, {.color = color, .width_px = 1.8 * frame.line_px});
 }
 
-/// Draws the box, clipped at kNearest_m.
+/// Draws the box, clipped at kMinProjectionDepth_m.
 void draw_box(Canvas& canvas, const OverlayFrame& frame, const recording::ObjectRow& object) {
   const std::vector<Line2> lines =
       project_lines(in_camera(edges_of(object.box), frame.camera.T_world_cam), frame.geometry, frame.place);
@@ -87,7 +87,7 @@ std::optional<Rect> label_target(const OverlayFrame& frame, const recording::Obj
   }
   if (object != nullptr) {
     const Eigen::Vector3d center = frame.camera.T_world_cam.inverse() * object->box.center_m;
-    if (center.z() > kNearest_m) {
+    if (center.z() > kMinProjectionDepth_m) {
       const Eigen::Vector3d uv = frame.geometry.project(center);
       const Point p = frame.place.to_canvas(uv.x(), uv.y());
       if (frame.place.rect.contains(p)) {

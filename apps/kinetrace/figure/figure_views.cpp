@@ -27,13 +27,13 @@ std::vector<Line2> project_lines(const std::vector<Line3>& lines_cam, const Ster
     for (std::size_t i = 1; i < line.size(); ++i) {
       Eigen::Vector3d a = line[i - 1];
       Eigen::Vector3d b = line[i];
-      if (!a.allFinite() || !b.allFinite() || std::max(a.z(), b.z()) < kNearest_m) {
+      if (!a.allFinite() || !b.allFinite() || std::max(a.z(), b.z()) < kMinProjectionDepth_m) {
         continue;
       }
       // The end behind the camera moves to the nearest plane.
       for (auto [near, far] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
-        if (near->z() < kNearest_m) {
-          *near += (*far - *near) * ((kNearest_m - near->z()) / (far->z() - near->z()));
+        if (near->z() < kMinProjectionDepth_m) {
+          *near += (*far - *near) * ((kMinProjectionDepth_m - near->z()) / (far->z() - near->z()));
         }
       }
       const Eigen::Vector3d from = geometry.project(a);

@@ -35,10 +35,7 @@ struct ImagePlace {
   }
 };
 
-/// Points nearer to the camera than this are not projected.
-inline constexpr double kNearest_m = 0.1;
-
-/// Projects lines in the camera frame, clipped at kNearest_m.
+/// Projects lines in the camera frame, clipped at kMinProjectionDepth_m.
 [[nodiscard]] std::vector<Line2> project_lines(const std::vector<Line3>& lines_cam, const StereoGeometry& geometry,
                                                const ImagePlace& place);
 

@@ -140,8 +140,7 @@ void MotionEvidence::predict(Slot& slot, std::int64_t timestamp_ns) const {
 void MotionEvidence::correct(Slot& slot, const Eigen::Vector3d& observation, const Se3& T_world_cam) const {
   const Eigen::Vector3d p_cam =
       T_world_cam.rotation.transpose() * (slot.anchor_m + slot.state.head<3>() - T_world_cam.translation);
-  constexpr double kNearestM = 0.1;
-  if (p_cam.z() < kNearestM) {
+  if (p_cam.z() < kMinProjectionDepth_m) {
     slot.successive_outliers = 2;
     return;
   }

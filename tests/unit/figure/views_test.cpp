@@ -37,7 +37,7 @@ TEST(ProjectLines, CutsWhatLiesBehindTheCamera) {
   EXPECT_TRUE(project_lines({{{0.0, 0.0, -1.0}, {1.0, 0.0, -5.0}}}, kGeometry, kPlace).empty());
   const std::vector<Line2> images = project_lines({{{1.0, 0.0, -1.0}, {1.0, 0.0, 1.0}}}, kGeometry, kPlace);
   ASSERT_EQ(images.size(), 1U);
-  EXPECT_NEAR(images[0][0].x(), 200.0 / kNearest_m + 160.5, 1e-6);
+  EXPECT_NEAR(images[0][0].x(), 200.0 / kMinProjectionDepth_m + 160.5, 1e-6);
   EXPECT_NEAR(images[0][1].x(), 360.5, 1e-9);
   const double nan = std::nan("");
   EXPECT_TRUE(project_lines({{{nan, 0.0, 1.0}, {1.0, 0.0, 1.0}}}, kGeometry, kPlace).empty());
