@@ -1,9 +1,13 @@
 // `kinetrace refine` and `run --refine batch` from outside, on a small recording.
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <Eigen/Core>
@@ -188,6 +192,36 @@ TEST_F(Refine, HoldsThePathByAReference) {
   expect_refusal(refine({"--reference", "sextant:" + path("truth.csv")}), kUsage, "oxts, nmea, gpx, euroc or csv");
   expect_refusal(refine({"--reference", "nmea:" + path("nowhere")}), kNoInput, "nowhere");
   expect_refusal(refine({"--dof", "4"}), kUsage, "--reference");
+}
+
+/// Whether a process has a file open.
+bool has_open(pid_t pid, const std::string& path) {
+  std::error_code error;
+  const fs::directory_iterator files(fs::path("/proc") / std::to_string(pid) / "fd", error);
+  return std::any_of(begin(files), end(files), [&](const fs::directory_entry& file) {
+    std::error_code closed;
+    return fs::read_symlink(file, closed) == path;
+  });
+}
+
+TEST_F(Refine, WritesTheRestAsItWasWhenItIsStopped) {
+  recording_.frames = 60;
+  recording_.write();
+  ASSERT_EQ(run().exit_code, 0);
+  const std::string observations = fs::canonical(path("run/observations.bin")).string();
+  Program program({"refine", path("run"), "--out", path("refined")});
+  // Observations are read once signals are caught.
+  for (int i = 0; i < 60'000 && !has_open(program.pid(), observations); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  program.send(SIGINT);
+  const ProgramResult result = program.wait();
+  EXPECT_EQ(result.exit_code, 128 + SIGINT);
+  EXPECT_THAT(result.out, HasSubstr("Refined in part: 60 frames"));
+  EXPECT_THAT(result.err, HasSubstr("refinement was stopped by signal 2; what it did not reach is as the run had it"));
+  const Json json = Json::parse(text_of(path("refined/run.json")));
+  EXPECT_EQ(json.at("frames"), 60);
+  EXPECT_EQ(json.at("exit_status"), 128 + SIGINT);
 }
 
 TEST_F(Refine, FollowsARunThatAsksForIt) {

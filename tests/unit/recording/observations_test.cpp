@@ -70,6 +70,16 @@ TEST_F(Observations, OfAFinishedRunAreRefusedIfOneIsMissing) {
   EXPECT_NE(reader.error().message.find("observations.bin"), std::string::npos);
 }
 
+TEST_F(Observations, OfAFinishedRunAreRefusedIfThereIsAPartOfOne) {
+  const recording::Run finished = run();
+  std::filesystem::resize_file(file(), std::filesystem::file_size(file()) - sizeof(Observation) / 2);
+  const auto reader = ObservationReader::open(finished);
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.error().code, ErrorCode::kBadFormat);
+  EXPECT_NE(reader.error().message.find(" records and a part of one, run.json says "), std::string::npos)
+      << reader.error().message;
+}
+
 TEST_F(Observations, OfAKilledRunAreReadAsFarAsTheyGo) {
   recording::Run killed = run();
   killed.is_finished = false;

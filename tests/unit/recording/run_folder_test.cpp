@@ -201,16 +201,35 @@ TEST(RunFolder, AFileInItsPlaceIsRefused) {
   EXPECT_EQ(below.error().code, ErrorCode::kIo);
 }
 
+/// Calls `work` without the right to write into `folder`. Root may write anywhere, so its privileges are dropped.
+template <typename Work>
+Status without_permission(const fs::path& folder, Work&& work) {
+  fs::permissions(folder,
+                  fs::perms::owner_read | fs::perms::owner_exec | fs::perms::others_read | fs::perms::others_exec);
+  constexpr uid_t kNobody = 65534;
+  const bool root = ::geteuid() == 0;
+  EXPECT_TRUE(!root || ::setresuid(kNobody, kNobody, 0) == 0);
+  Status done = work();
+  EXPECT_TRUE(!root || ::setresuid(0, 0, 0) == 0);
+  fs::permissions(folder, fs::perms::owner_all);
+  return done;
+}
+
+TEST(RunFolder, IsCheckedForTheRightToWrite) {
+  const TemporaryFolder folder;
+  for (const fs::path& directory : {folder.path(), folder.path() / "run", folder.path() / "a" / "run"}) {
+    const Status usable = without_permission(folder.path(), [&] { return RunRecorder::check_folder(directory); });
+    ASSERT_FALSE(usable) << directory;
+    EXPECT_EQ(usable.error().code, ErrorCode::kIo);
+    EXPECT_NE(usable.error().message.find(folder.path().string()), std::string::npos) << usable.error().message;
+    EXPECT_TRUE(RunRecorder::check_folder(directory));
+  }
+}
+
 TEST(RunFolder, AnUnwritableParentIsNamed) {
   const TemporaryFolder folder;
-  fs::permissions(folder.path(),
-                  fs::perms::owner_read | fs::perms::owner_exec | fs::perms::others_read | fs::perms::others_exec);
-  constexpr uid_t kNobody = 65534;  // Root may write anywhere, so this test drops its privileges.
-  const bool root = ::geteuid() == 0;
-  ASSERT_TRUE(!root || ::seteuid(kNobody) == 0);
-  const Status recorded = record_all(recording_config(folder.path() / "run"), {});
-  ASSERT_TRUE(!root || ::seteuid(0) == 0);
-  fs::permissions(folder.path(), fs::perms::owner_all);
+  const Status recorded =
+      without_permission(folder.path(), [&] { return record_all(recording_config(folder.path() / "run"), {}); });
   ASSERT_FALSE(recorded);
   EXPECT_EQ(recorded.error().code, ErrorCode::kIo);
   EXPECT_NE(recorded.error().message.find(folder.path().string()), std::string::npos);
