@@ -64,7 +64,8 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
 }
 
 /// Defaults, then the board, the file, `prepare` and the settings of --set; checked as a whole.
-/// `segmentation`: value of --segmentation; empty: the configured one. Errors: kInvalidConfig, kNotFound, kIo, kInvalidArgument (segmentation).
+/// `segmentation`: value of --segmentation; empty: the configured one. Errors: kInvalidConfig, kNotFound, kIo,
+/// kInvalidArgument (segmentation).
 [[nodiscard]] Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation = "",
                                             const std::function<void(AppConfig&)>& prepare = {});
 
