@@ -236,8 +236,12 @@ TEST_F(LiveMap, AnotherRunBeginsAnew) {
 }
 
 TEST_F(LiveMap, RefusesAnOriginFarFromTheFirstFix) {
-  Program program = start({}, "50.5,8.416,116.4");
-  send({.time_ns = 1'000'000'000, .enu_m = Eigen::Vector3d::Zero()});
+  Program program = start({"--seconds", "20"}, "50.5,8.416,116.4");
+  // The program may match the receiver later than the receiver matches it.
+  for (int i = 1; i <= 20; ++i) {
+    send({.time_ns = i * 100'000'000LL, .enu_m = Eigen::Vector3d::Zero()});
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
   expect_refusal(program.wait(), kUsage, "--origin lies 166 km from the fixes");
 }
 
