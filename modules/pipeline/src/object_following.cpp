@@ -208,9 +208,9 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
 
 double ObjectState::extent_sigma_m(double depth_m) const {
   const double visible_width_m = life_.track.box_px.width() * std::max(depth_m, 0.0) / geometry_.fx_px;
-  // As last seen whole; before that, by the part that the masks show.
-  const double width_m = identity_.width_m > 0.0 ? identity_.width_m : visible_width_m / visible_part();
-  const double hidden_width_m = width_m - visible_width_m;
+  // The occluded width follows from masks or, where it has just returned, from the width when last seen whole.
+  const double hidden_width_m =
+      std::max(visible_width_m * (1.0 / visible_part() - 1.0), identity_.width_m - visible_width_m);
   return (is_rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
 
