@@ -176,14 +176,6 @@ void MotionFilter::restart_at(const StereoPosition& measured, const Se3& T_world
   start(from);
 }
 
-void MotionFilter::forget_velocity() noexcept {
-  turn_rate_radps_.setZero();
-  model_[kMoving].covariance.topRightCorner<3, 3>().setZero();
-  model_[kMoving].covariance.bottomLeftCorner<3, 3>().setZero();
-  model_[kMoving].covariance.bottomRightCorner<3, 3>() =
-      kUnknownVelocitySigma_mps * kUnknownVelocitySigma_mps * Eigen::Matrix3d::Identity();
-}
-
 // IMM mixing: each model continues from both posteriors, weighted by the transition probabilities.
 MotionFilter::Models MotionFilter::mix(double interval_s) const noexcept {
   const auto stay_probability = [&](std::size_t model) { return std::exp(-interval_s / kDwell_s[model]); };

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kPointDisparitySigma_px = 0.1;  // Of a reconstructed point, correlated with its neighbours'.
 constexpr double kSlipAngleSigma_rad = 0.035;    // Slip angle of vehicles.
-constexpr double kRearAxleOffset =
-    0.28;  // Of the length, from the centre to the rear axle, which moves along the heading.
+/// Of the length, from the centre to the rear axle, which moves along the heading.
+constexpr double kRearAxleOffset = 0.28;
 constexpr double kTurnRateSigma_radps = 0.1;  // Of the turn rate, standard deviation.
 
 }  // namespace

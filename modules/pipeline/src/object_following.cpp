@@ -19,8 +19,8 @@ constexpr double kPathSigma_rad = 0.002;
 constexpr double kPathSigma_m = 0.02;
 /// Velocities of overlapping windows are correlated: one piece of evidence in this time.
 constexpr double kEvidenceCorrelation_s = 0.4;
-constexpr double kMaxOtherModelProbability =
-    0.05;                              // Moving or rest is decided once the probability of the other is below this.
+/// Moving or rest is decided once the probability of the other is below this.
+constexpr double kMaxOtherModelProbability = 0.05;
 constexpr double kMaxEvidence = 7.0;   // Upper bound of the evidence, log odds: one to a thousand.
 constexpr int kMinSwitchFeatures = 3;  // Fewer features may belong to another object.
 constexpr int kMaxRejections = 3;      // Measurements in a row: then the object is elsewhere.
@@ -105,7 +105,7 @@ ObjectState::Fix ObjectState::update_filter_by_position(const StereoObservation&
   objects::MotionFilter& filter = identity_.filter;
   if (observation.features < config_.stereo_only_min_features) {
     // The centre of a partly visible mask does not locate the whole.
-    if (life_.track.missed_frames == 0 && !(identity_.reconstructed && is_partly_visible())) {
+    if (life_.track.missed_frames == 0 && !(identity_.reconstructed && is_truncated_or_occluded())) {
       filter.update(mask_bearing(), camera.T_world_cam);
     }
     return Fix::kNone;
@@ -121,7 +121,7 @@ ObjectState::Fix ObjectState::update_filter_by_position(const StereoObservation&
     life_.rejections = 0;
     life_.provisional = false;
     const bool is_consistent =
-        identity_.reconstructed && is_partly_visible() && measured.extent_sigma_m > expected_sigma_m;
+        identity_.reconstructed && is_truncated_or_occluded() && measured.extent_sigma_m > expected_sigma_m;
     return is_consistent ? Fix::kConsistentWithPrediction : Fix::kStereo;
   }
   life_.identity_switched = life_.provisional && observation.agreeing >= kMinSwitchFeatures;
@@ -182,7 +182,7 @@ objects::Bearing ObjectState::mask_bearing() const {
 
 bool ObjectState::is_on_predicted_box(const StereoObservation& observation, const CameraState& camera) const {
   const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-  return identity_.reconstructed && is_partly_visible() && box_.known() && offset_from_box(observed_m).isZero();
+  return identity_.reconstructed && is_truncated_or_occluded() && box_.known() && offset_from_box(observed_m).isZero();
 }
 
 objects::StereoPosition ObjectState::stereo_position(const StereoObservation& observation,
@@ -192,7 +192,7 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
                                    .features = observation.features,
                                    .to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
                                    .extent_sigma_m = extent_sigma_m(visible_center_in_camera_m(camera).z())};
-  if (is_partly_visible()) {
+  if (is_truncated_or_occluded()) {
     measured.extent_sigma_m = std::max(measured.extent_sigma_m, kOccludedExtentFactor * surface_sigma_m_);
   } else if (!identity_.reconstructed || identity_.filter.accepts(measured, camera.T_world_cam)) {
     return measured;
@@ -208,9 +208,9 @@ objects::StereoPosition ObjectState::stereo_position(const StereoObservation& ob
 
 double ObjectState::extent_sigma_m(double depth_m) const {
   const double visible_width_m = life_.track.box_px.width() * std::max(depth_m, 0.0) / geometry_.fx_px;
-  // As last seen whole; before that, by the part that the masks show.
-  const double width_m = identity_.width_m > 0.0 ? identity_.width_m : visible_width_m / visible_part();
-  const double hidden_width_m = width_m - visible_width_m;
+  // The occluded width follows from masks or, where it has just returned, from the width when last seen whole.
+  const double hidden_width_m =
+      std::max(visible_width_m * (1.0 / visible_part() - 1.0), identity_.width_m - visible_width_m);
   return (is_rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
 }
 

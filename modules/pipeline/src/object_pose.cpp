@@ -14,79 +14,24 @@ namespace {
 // Standard deviations of the predicted pose on return, after any gap: the object keeps its motion and turns little.
 constexpr double kReturnRotationSigma_rad = 0.05;
 constexpr double kReturnPositionSigma_m = 0.27;
-constexpr double kPoseGate = 36.0;             // Chi-square with six degrees of freedom.
-constexpr double kMinConsensusFraction = 0.9;  // So many points cannot all have switched to another object.
-constexpr double kMaxOutsideBox_m = 2.0;       // A point outside the box by more than this,
-constexpr double kMaxOutsideBoxSigmas = 4.0;   // plus this many of stereo depth, is on another object.
+constexpr double kPoseGate = 36.0;  // Chi-square with six degrees of freedom.
 constexpr std::int64_t kMaxAmbiguous_ns = 1'500'000'000;
-// Residuals of a reconstruction are no larger than the background's, up to reflections and moving parts. Larger ones
-// mean a wrong relief: from afar, a wrong relief and a wrong rotation nearly cancel in the image.
-constexpr double kMaxResidualSigma_px = 0.3;
-constexpr double kMaxResidualRatio = 2.0;
-constexpr int kFailedResidualFrames = 4;
-// In frames: each one is another attempt to fit.
-constexpr double kMaxInconsistencies = 3.0;  // Then the reconstruction is not of the visible object.
-constexpr int kMinResidualFrames = 6;        // Samples of the residuals.
 
 }  // namespace
 
-bool ObjectState::locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera) {
-  if (is_rigid() && body_.active() && (fails_residual_check(camera) || life_.inconsistencies >= kMaxInconsistencies)) {
-    body_.end();
-    identity_.filter.forget_velocity();
-    recogniser_.clear();  // The remembered points have the same wrong relief, or are of another object.
-    life_.inconsistencies = 0.0;
-  }
+bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
   if (!is_rigid() || !body_.active()) {
     return false;
   }
-  const bool found = find_pose(frame, observation, camera);
-  count_inconsistency(found);
-  return found;
-}
-
-bool ObjectState::find_pose(const FeatureFrame& frame, const StereoObservation& observation,
-                            const CameraState& camera) {
   const std::optional<sfm::BodyReconstruction::Expectation> expected = expected_pose(camera);
   if (body_.locate(frame, life_.track.label(), expected ? &*expected : nullptr).status != BodyStatus::kTracked ||
       !camera.valid) {
     return false;
   }
-  if (is_observed_outside_box(observation, body_.estimate().T_body_cam) ||
-      (expected && !has_inlier_consensus() && !passes_innovation_gate(*expected))) {
+  if (expected && !passes_innovation_gate(*expected)) {
     body_.refuse_pose();
     return false;
   }
-  return true;
-}
-
-bool ObjectState::is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const {
-  if (observation.agreeing < config_.stereo_only_min_features || 2 * observation.agreeing < observation.features) {
-    return false;
-  }
-  const Eigen::Vector3d seen_cam_m = position_in_camera(geometry_, observation);
-  const Eigen::Vector3d seen_obj_m = T_obj_cam * seen_cam_m;
-  const Eigen::Vector3d off_m = box_.known() ? offset_from(box_.box_in_object(), seen_obj_m)
-                                             : Eigen::Vector3d(seen_obj_m + identity_.to_origin_m);
-  return off_m.norm() > kMaxOutsideBox_m + kMaxOutsideBoxSigmas * depth_sigma_m(seen_cam_m.z());
-}
-
-// Its points are observed, and yet no pose fits them, or it cannot have got there.
-void ObjectState::count_inconsistency(bool found) noexcept {
-  const bool is_inconsistent = !found && body_.estimate().observations >= 2 * min_points_;
-  life_.inconsistencies =
-      is_inconsistent ? life_.inconsistencies + 1.0 : std::max(0.0, life_.inconsistencies - (found ? 0.5 : 0.0));
-}
-
-bool ObjectState::fails_residual_check(const CameraState& camera) {
-  const bool now =
-      life_.status == BodyStatus::kTracked && body_.residual_frames() >= kMinResidualFrames &&
-      body_.residual_sigma_px() > std::max(kMaxResidualSigma_px, kMaxResidualRatio * camera.residual_sigma_px);
-  life_.failed_residuals = now ? life_.failed_residuals + 1 : 0;
-  if (life_.failed_residuals < kFailedResidualFrames) {
-    return false;
-  }
-  life_.failed_residuals = 0;
   return true;
 }
 
@@ -101,11 +46,6 @@ std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(c
   to_object.bottomRightCorner<3, 3>() = expected.T_world_obj.rotation.transpose();
   return sfm::BodyReconstruction::Expectation{expected.T_world_obj.inverse() * camera.T_world_cam,
                                               to_object * expected.covariance * to_object.transpose()};
-}
-
-bool ObjectState::has_inlier_consensus() const {
-  const BodyEstimate& found = body_.estimate();
-  return found.inliers >= 2 * min_points_ && found.inliers >= kMinConsensusFraction * found.observations;
 }
 
 bool ObjectState::passes_innovation_gate(const sfm::BodyReconstruction::Expectation& expected) const {
@@ -133,18 +73,6 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
 
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
-  if (identity_.frame_fixed &&
-      is_observed_outside_box(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
-    if (is_partly_visible() && !is_newly_matched()) {
-      return;  // The rest of its mask lies on another object.
-    }
-    restart_at_observation(observation, camera);
-    if (life_.identity_switched) {
-      return;
-    }
-    life_.covariance = identity_.filter.pose_covariance();
-    life_.status = BodyStatus::kStereoOnly;
-  }
   const bool is_frame_new = !identity_.frame_fixed;
   bool is_recognised = false;
   if (is_frame_new) {

@@ -243,7 +243,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     record_direction(camera);
     return;
   }
-  if (locate(frame, observation, camera)) {
+  if (locate(frame, camera)) {
     life_.status = BodyStatus::kTracked;
     life_.provisional = false;
     life_.predicted.reset();
@@ -353,7 +353,7 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
   }
   const Eigen::Vector3d p_cam = visible_center_in_camera_m(camera);
   const double u_px = geometry_.project(p_cam).x();
-  if (life_.track.missed_frames == 0 && !is_partly_visible()) {
+  if (life_.track.missed_frames == 0 && !is_truncated_or_occluded()) {
     identity_.width_m = life_.track.box_px.width() * p_cam.z() / geometry_.fx_px;
   }
   life_.in_view = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;

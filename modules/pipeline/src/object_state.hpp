@@ -156,14 +156,11 @@ class ObjectState {
     BodyStatus status = BodyStatus::kInitializing;
     int frames = 0;
     std::int64_t timestamp_ns = 0;
-    std::int64_t matched_timestamp_ns = 0;  ///< When a detection last showed it.
-    bool provisional = false;               ///< Detected again after a gap, before stereo has confirmed it.
-    DwellTime matched_run;                  ///< Uninterrupted time of detections.
-    DwellTime predicted;                    ///< Uninterrupted time of prediction.
-    int rejections = 0;                     ///< Implausible stereo positions in a row.
-    int failed_residuals = 0;               ///< In a row.
-    /// Frames without a pose although points were observed; a frame with one subtracts half.
-    double inconsistencies = 0.0;
+    std::int64_t matched_timestamp_ns = 0;         ///< When a detection last showed it.
+    bool provisional = false;                      ///< Detected again after a gap, before stereo has confirmed it.
+    DwellTime matched_run;                         ///< Uninterrupted time of detections.
+    DwellTime predicted;                           ///< Uninterrupted time of prediction.
+    int rejections = 0;                            ///< Implausible stereo positions in a row.
     bool pose_ambiguous = false;                   ///< Its frame was guessed on its return.
     Matrix6d guess_covariance = Matrix6d::Zero();  ///< Part of Identity::drift_covariance due to the guess.
     std::size_t ambiguous_frames = 0;  ///< Before this one, tracked or not: corrected once the frame is known.
@@ -197,7 +194,7 @@ class ObjectState {
   }
   /// Truncated or mostly occluded: the centre of the visible part does not locate the whole, and may lie on the
   /// occluder.
-  [[nodiscard]] bool is_partly_visible() const noexcept { return is_truncated() || is_mostly_occluded(); }
+  [[nodiscard]] bool is_truncated_or_occluded() const noexcept { return is_truncated() || is_mostly_occluded(); }
   /// Truncated by the left or right image border.
   [[nodiscard]] bool is_truncated() const noexcept {
     return life_.track.box_px.x0 <= 1 || life_.track.box_px.x1 >= geometry_.width_px - 1;
@@ -227,18 +224,9 @@ class ObjectState {
   [[nodiscard]] bool initialise_position(const StereoObservation& observation, const CameraState& camera);
 
   // Pose by the reconstruction.
-  [[nodiscard]] bool locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera);
-  [[nodiscard]] bool find_pose(const FeatureFrame& frame, const StereoObservation& observation,
-                               const CameraState& camera);
-  /// Most stereo points on its mask would be clearly outside its box at this pose.
-  [[nodiscard]] bool is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const;
-  void count_inconsistency(bool found) noexcept;
-  /// The residuals have been too large for so long that the points must be wrong.
-  [[nodiscard]] bool fails_residual_check(const CameraState& camera);
+  [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
   /// Pose predicted by the filter. Nothing before its path determines the motion.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
-  /// Many known points, nearly all of them inliers of the pose.
-  [[nodiscard]] bool has_inlier_consensus() const;
   /// Whether the pose of the reconstruction is reachable from the predicted one (chi-square).
   [[nodiscard]] bool passes_innovation_gate(const sfm::BodyReconstruction::Expectation& expected) const;
   /// Sets its pose by its remembered points; false if too few are recognised.
@@ -273,13 +261,12 @@ class ObjectState {
   [[nodiscard]] objects::StereoPosition stereo_position(const StereoObservation& observation,
                                                         const CameraState& camera) const;
   [[nodiscard]] objects::Bearing mask_bearing() const;
-  /// It cannot be where it is measured: its mask has switched to another object, or was on another one before.
+  /// Restarts the path where it is measured: its mask has switched to another object, or was on another one before.
   void restart_at_observation(const StereoObservation& observation, const CameraState& camera);
   void update_status(Fix fix) noexcept;
   /// Standard deviation of the visible part's centre on the object: over the surface, and by the occluded part.
   /// `depth_m`: of the object, not of what was measured, which may lie on another surface.
   [[nodiscard]] double extent_sigma_m(double depth_m) const;
-  [[nodiscard]] double depth_sigma_m(double depth_m) const;
 
   // Motion.
   /// Restarts the filter from a pose and velocity (body axes) of its path.

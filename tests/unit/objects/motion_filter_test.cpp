@@ -355,16 +355,5 @@ TEST(MotionFilter, RefusesWhatIsNoMeasurement) {
   EXPECT_FALSE(filter.update(stereo({610.0, 173.0, 19.5}), {}));
 }
 
-TEST(MotionFilter, AForgottenVelocityIsFoundAnew) {
-  const Eigen::Vector3d start(0.0, 0.0, 20.0);
-  MotionFilter filter = started(moving_at(start, {9.0, 0.0, 0.0}));
-  filter.forget_velocity();
-  for (int i = 1; i <= 10; ++i) {
-    filter.predict(i * kFrame_ns);
-    EXPECT_TRUE(filter.update(stereo(see({}, start), 4, 0.1), {})) << i;
-  }
-  EXPECT_LT(filter.velocity_mps().norm(), 1.0);
-}
-
 }  // namespace
 }  // namespace kinetrace::objects

@@ -50,8 +50,6 @@ class MotionFilter {
   void start(const MotionStart& start) noexcept;
   /// Restarts at the stereo position with an unknown velocity; the rotation stays.
   void restart_at(const StereoPosition& measured, const Se3& T_world_cam) noexcept;
-  /// Makes the velocity unknown and the turn rate zero: they were those of another object.
-  void forget_velocity() noexcept;
 
   /// Predicts the state at `timestamp_ns`. No effect if time does not advance.
   void predict(std::int64_t timestamp_ns) noexcept;
