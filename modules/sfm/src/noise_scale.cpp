@@ -28,7 +28,6 @@ void NoiseScale::learn(std::span<float> squared_px2) {
   const double rate = kRate * count / (count + kHalfTrusted);
   const double running_px2 = sigma_px_ * sigma_px_ + rate * (variance_px2 - sigma_px_ * sigma_px_);
   sigma_px_ = std::clamp(std::sqrt(running_px2), least_px_, most_px_);
-  ++frames_;
 }
 
 }  // namespace kinetrace::sfm

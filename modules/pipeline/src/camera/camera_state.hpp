@@ -12,7 +12,6 @@ struct CameraState {
   Se3 T_world_cam;
   std::optional<Se3> T_world_cam_before;  ///< Of the previous frame, if it had a pose.
   Matrix6d covariance = Matrix6d::Zero();
-  double residual_sigma_px = 0.0;  ///< Of the background's measurements.
   /// Standard deviation of the common error of all disparities, by an uncertain calibration.
   double disparity_sigma_px = 0.0;
   double background_disparity_px = 0.0;  ///< Median of its features; 0: not known.

@@ -41,7 +41,6 @@ CameraState CameraTracker::state(std::size_t age) const {
   CameraState camera{.T_world_cam = pose.T_body_cam,
                      .T_world_cam_before = std::nullopt,
                      .covariance = pose.covariance,
-                     .residual_sigma_px = background_.residual_sigma_px(),
                      .valid = pose.status == BodyStatus::kTracked};
   if (age + 1 < background_.history_size()) {
     const FinalisedPose before = background_.history(age + 1);

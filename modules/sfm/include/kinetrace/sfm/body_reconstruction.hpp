@@ -89,11 +89,6 @@ class BodyReconstruction {
   /// Position of a feature that agrees with the reconstruction; null for any other.
   [[nodiscard]] const Eigen::Vector3d* place_of(const Feature& feature) const noexcept;
 
-  /// Standard deviation of this body's residuals, px.
-  [[nodiscard]] double residual_sigma_px() const noexcept { return noise_.sigma_px(); }
-  /// Number of frames in that estimate, which starts high.
-  [[nodiscard]] int residual_frames() const noexcept { return noise_.frames(); }
-
   [[nodiscard]] const BodyEstimate& estimate() const noexcept { return estimate_; }
   /// Frames since begin() that the history still holds, at most `window_frames` + 1.
   [[nodiscard]] std::size_t history_size() const noexcept { return history_.size(); }

@@ -20,18 +20,12 @@ class NoiseScale {
   /// u_right) after a pose was fitted to all of them; reordered. Fewer than four are ignored.
   void learn(std::span<float> squared_px2);
   /// Returns to the initial value.
-  void restart() noexcept {
-    sigma_px_ = most_px_;
-    frames_ = 0;
-  }
-  /// Frames since the start: after few of them, `sigma_px` still depends on the initial value.
-  [[nodiscard]] int frames() const noexcept { return frames_; }
+  void restart() noexcept { sigma_px_ = most_px_; }
 
  private:
   double least_px_;
   double most_px_;
   double sigma_px_;
-  int frames_ = 0;
 };
 
 }  // namespace kinetrace::sfm
