@@ -14,12 +14,14 @@ namespace {
 // Standard deviations of the predicted pose on return, after any gap: the object keeps its motion and turns little.
 constexpr double kReturnRotationSigma_rad = 0.05;
 constexpr double kReturnPositionSigma_m = 0.27;
-constexpr double kPoseGate = 36.0;  // Chi-square with six degrees of freedom.
+constexpr double kPoseGate = 36.0;            // Chi-square with six degrees of freedom.
+constexpr double kMaxOutsideBox_m = 2.0;      // A point outside the box by more than this,
+constexpr double kMaxOutsideBoxSigmas = 4.0;  // plus this many of stereo depth, is on another object.
 constexpr std::int64_t kMaxAmbiguous_ns = 1'500'000'000;
 
 }  // namespace
 
-bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
+bool ObjectState::locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera) {
   if (!is_rigid() || !body_.active()) {
     return false;
   }
@@ -28,11 +30,23 @@ bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
       !camera.valid) {
     return false;
   }
-  if (expected && !passes_innovation_gate(*expected)) {
+  if (is_observed_outside_box(observation, body_.estimate().T_body_cam) ||
+      (expected && !passes_innovation_gate(*expected))) {
     body_.refuse_pose();
     return false;
   }
   return true;
+}
+
+bool ObjectState::is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const {
+  if (observation.agreeing < config_.stereo_only_min_features || 2 * observation.agreeing < observation.features) {
+    return false;
+  }
+  const Eigen::Vector3d seen_cam_m = position_in_camera(geometry_, observation);
+  const Eigen::Vector3d seen_obj_m = T_obj_cam * seen_cam_m;
+  const Eigen::Vector3d off_m = box_.known() ? offset_from(box_.box_in_object(), seen_obj_m)
+                                             : Eigen::Vector3d(seen_obj_m + identity_.to_origin_m);
+  return off_m.norm() > kMaxOutsideBox_m + kMaxOutsideBoxSigmas * depth_sigma_m(seen_cam_m.z());
 }
 
 std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(const CameraState& camera) const {
@@ -73,6 +87,18 @@ bool ObjectState::recognise(const CameraState& camera, const features::FeatureFr
 
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera,
                              const features::FeatureFrontEnd& front_end) {
+  if (identity_.frame_fixed &&
+      is_observed_outside_box(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
+    if (is_truncated_or_occluded() && !is_newly_matched()) {
+      return;  // The rest of its mask lies on another object.
+    }
+    restart_at_observation(observation, camera);
+    if (life_.identity_switched) {
+      return;
+    }
+    life_.covariance = identity_.filter.pose_covariance();
+    life_.status = BodyStatus::kStereoOnly;
+  }
   const bool is_frame_new = !identity_.frame_fixed;
   bool is_recognised = false;
   if (is_frame_new) {

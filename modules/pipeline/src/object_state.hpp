@@ -224,7 +224,9 @@ class ObjectState {
   [[nodiscard]] bool initialise_position(const StereoObservation& observation, const CameraState& camera);
 
   // Pose by the reconstruction.
-  [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
+  [[nodiscard]] bool locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera);
+  /// Most stereo points on its mask would be clearly outside its box at this pose.
+  [[nodiscard]] bool is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const;
   /// Pose predicted by the filter. Nothing before its path determines the motion.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
   /// Whether the pose of the reconstruction is reachable from the predicted one (chi-square).
@@ -267,6 +269,7 @@ class ObjectState {
   /// Standard deviation of the visible part's centre on the object: over the surface, and by the occluded part.
   /// `depth_m`: of the object, not of what was measured, which may lie on another surface.
   [[nodiscard]] double extent_sigma_m(double depth_m) const;
+  [[nodiscard]] double depth_sigma_m(double depth_m) const;
 
   // Motion.
   /// Restarts the filter from a pose and velocity (body axes) of its path.
