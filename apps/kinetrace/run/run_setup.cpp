@@ -57,8 +57,8 @@ Status check_calibration_place(const RunOptions& options, const CameraSetup& cam
 
 Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
   const bool is_refined = !options.refine.empty();
-  Result<AppConfig> config = is_refined ? load_config(options.config, options.segmentation, prepare_refinement)
-                                        : load_config(options.config, options.segmentation);
+  Result<AppConfig> config =
+      load_config(options.config, options.segmentation, is_refined ? prepare_refinement : nullptr);
   if (!config) {
     return failure(config.error());
   }

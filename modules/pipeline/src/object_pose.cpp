@@ -46,7 +46,8 @@ bool ObjectState::is_observed_outside_box(const StereoObservation& observation, 
   const Eigen::Vector3d seen_obj_m = T_obj_cam * seen_cam_m;
   const Eigen::Vector3d off_m = box_.known() ? offset_from(box_.box_in_object(), seen_obj_m)
                                              : Eigen::Vector3d(seen_obj_m + identity_.to_origin_m);
-  return off_m.norm() > kMaxOutsideBox_m + kMaxOutsideBoxSigmas * depth_sigma_m(seen_cam_m.z());
+  const double depth_sigma_m = geometry_.depth_sigma_m(seen_cam_m.z(), kObservedDisparitySigma_px);
+  return off_m.norm() > kMaxOutsideBox_m + kMaxOutsideBoxSigmas * depth_sigma_m;
 }
 
 std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(const CameraState& camera) const {

@@ -46,10 +46,6 @@ bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed
          life_.track.missed_ns > missed_ns && life_.track.missed_frames > redetected.age_frames;
 }
 
-double ObjectState::depth_sigma_m(double depth_m) const {
-  return geometry_.depth_sigma_m(depth_m, kObservedDisparitySigma_px);
-}
-
 std::optional<double> ObjectState::position_evidence(const StereoObservation& observation, const Track& redetected,
                                                      const CameraState& camera) const {
   const bool is_hidden = !life_.in_view || is_mostly_occluded();

@@ -269,7 +269,6 @@ class ObjectState {
   /// Standard deviation of the visible part's centre on the object: over the surface, and by the occluded part.
   /// `depth_m`: of the object, not of what was measured, which may lie on another surface.
   [[nodiscard]] double extent_sigma_m(double depth_m) const;
-  [[nodiscard]] double depth_sigma_m(double depth_m) const;
 
   // Motion.
   /// Restarts the filter from a pose and velocity (body axes) of its path.
