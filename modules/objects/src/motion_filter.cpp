@@ -7,6 +7,7 @@
 #include <optional>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "kinetrace/core/body_velocity.hpp"
@@ -29,11 +30,11 @@ constexpr double kMinProbability = 1e-6;
 /// Prior standard deviation of velocities on streets; a measured velocity less certain than this is mostly noise.
 constexpr double kVelocityPriorSigma_mps = 20.0;
 
-/// A measurement of N numbers at a state: residual, Jacobian by position and velocity, covariance of its noise.
+/// A measurement of N numbers at a state: residual, Jacobian by the state, covariance of its noise.
 template <int N>
 struct Observation {
   Eigen::Matrix<double, N, 1> residual;
-  Eigen::Matrix<double, N, 6> jacobian;
+  Eigen::Matrix<double, N, MotionFilter::kStates> jacobian;
   Eigen::Matrix<double, N, N> noise;
 };
 
@@ -62,15 +63,13 @@ bool is_measured(const StereoPosition& measured) {
   return measured.features > 0 && measured.uvd_px.allFinite() && measured.uvd_px.z() > 0.0;
 }
 
-/// The first N of (u_left, v, disparity) of the visible part's centre, from which `to_origin_m` leads to the object's
-/// origin.
+/// The first N of (u_left, v, disparity) of the visible part's centre.
 template <int N>
-std::optional<Observation<N>> observe_point(const Eigen::Matrix<double, N, 1>& measured_px,
-                                            const Eigen::Vector3d& to_origin_m, double sigma_px, double extent_sigma_m,
-                                            const StereoGeometry& geometry, const Se3& T_world_cam,
-                                            const Vector6d& state) {
+std::optional<Observation<N>> observe_part(const Eigen::Matrix<double, N, 1>& measured_px, const VisiblePart& part,
+                                           double sigma_px, const StereoGeometry& geometry, const Se3& T_world_cam,
+                                           const MotionFilter::State& state) {
   const Se3 T_cam_world = T_world_cam.inverse();
-  const Eigen::Vector3d p_cam = T_cam_world * (state.head<3>() - to_origin_m);
+  const Eigen::Vector3d p_cam = T_cam_world * (state.head<3>() - part.to_origin_m + state.tail<3>());
   if (!(p_cam.z() > kMinProjectionDepth_m)) {
     return std::nullopt;
   }
@@ -78,33 +77,37 @@ std::optional<Observation<N>> observe_point(const Eigen::Matrix<double, N, 1>& m
   const Eigen::Matrix<double, N, 3> per_metre = predicted.jacobian.topRows<N>() * T_cam_world.rotation;
   Observation<N> out;
   out.residual = measured_px - predicted.uvd_px.head<N>();
-  out.jacobian << per_metre, Eigen::Matrix<double, N, 3>::Zero();
-  out.noise = sigma_px * sigma_px * Eigen::Matrix<double, N, N>::Identity() +
-              extent_sigma_m * extent_sigma_m * per_metre * per_metre.transpose();
+  out.jacobian << per_metre, Eigen::Matrix<double, N, 3>::Zero(), per_metre;
+  out.noise = sigma_px * sigma_px * Eigen::Matrix<double, N, N>::Identity();
   return out;
 }
 
 std::optional<Observation<3>> observe(const StereoPosition& measured, double sigma_px, const StereoGeometry& geometry,
-                                      const Se3& T_world_cam, const Vector6d& state) {
-  return observe_point<3>(measured.uvd_px, measured.to_origin_m, median_sigma_px(sigma_px, measured.features),
-                          measured.extent_sigma_m, geometry, T_world_cam, state);
+                                      const Se3& T_world_cam, const MotionFilter::State& state) {
+  return observe_part<3>(measured.uvd_px, measured.part, median_sigma_px(sigma_px, measured.features), geometry,
+                         T_world_cam, state);
 }
 
 std::optional<Observation<2>> observe(const Bearing& measured, double sigma_px, const StereoGeometry& geometry,
-                                      const Se3& T_world_cam, const Vector6d& state) {
-  return observe_point<2>(measured.uv_px, measured.to_origin_m, sigma_px, measured.extent_sigma_m, geometry,
-                          T_world_cam, state);
+                                      const Se3& T_world_cam, const MotionFilter::State& state) {
+  std::optional<Observation<2>> out =
+      observe_part<2>(measured.uv_px, measured.part, sigma_px, geometry, T_world_cam, state);
+  if (out) {
+    const Eigen::Matrix<double, 2, 3> per_metre = out->jacobian.leftCols<3>();
+    out->noise += measured.center_sigma_m * measured.center_sigma_m * per_metre * per_metre.transpose();
+  }
+  return out;
 }
 
 // The point is on its measured ray, at the depth of the visible part; the velocity gives its previous position.
 std::optional<Observation<2>> observe(const ImageMotion& measured, double sigma_px, const StereoGeometry& geometry,
-                                      const Se3& T_world_cam, const Vector6d& state) {
+                                      const Se3& T_world_cam, const MotionFilter::State& state) {
   const double depth_m = (T_world_cam.inverse() * Eigen::Vector3d(state.head<3>() - measured.to_origin_m)).z();
   const Eigen::Vector3d ray((measured.now_px.x() - geometry.cx_px) / geometry.fx_px,
                             (measured.now_px.y() - geometry.cy_px) / geometry.fy_px, 1.0);
   const Eigen::Vector3d now_m = T_world_cam * Eigen::Vector3d(depth_m * ray);
   const Eigen::Vector3d before_m =
-      measured.T_world_cam_before.inverse() * (now_m - measured.interval_s * state.tail<3>());
+      measured.T_world_cam_before.inverse() * (now_m - measured.interval_s * state.segment<3>(3));
   if (!(depth_m > kMinProjectionDepth_m) || !(before_m.z() > kMinProjectionDepth_m)) {
     return std::nullopt;
   }
@@ -114,7 +117,7 @@ std::optional<Observation<2>> observe(const ImageMotion& measured, double sigma_
   Observation<2> out;
   out.residual = measured.before_px - predicted.uvd_px.head<2>();
   out.jacobian << per_metre * T_world_cam.rotation * ray * T_world_cam.rotation.col(2).transpose(),
-      -measured.interval_s * per_metre;
+      -measured.interval_s * per_metre, Eigen::Matrix<double, 2, 3>::Zero();
   const double of_median_px = median_sigma_px(sigma_px, measured.features);
   out.noise = of_median_px * of_median_px * Eigen::Matrix2d::Identity();
   return out;
@@ -127,7 +130,7 @@ struct Innovation {
 };
 
 template <int N>
-Innovation innovation_of(const Observation<N>& observation, const Matrix6d& covariance) {
+Innovation innovation_of(const Observation<N>& observation, const MotionFilter::StateCovariance& covariance) {
   const Eigen::LDLT<Eigen::Matrix<double, N, N>> innovation_covariance(
       observation.jacobian * covariance * observation.jacobian.transpose() + observation.noise);
   Innovation out;
@@ -145,20 +148,21 @@ void MotionFilter::start(const MotionStart& start) noexcept {
   interval_s_ = 0.0;
   start_rotation_covariance_ = start.pose.covariance.topLeftCorner<3, 3>();
   turn_rate_radps_ = start.velocity.head<3>();
+  part_covariance_m2_ = start.part_covariance_m2;
   for (Model& model : model_) {
-    model.pose = start.pose.T_world_obj;
+    model.rotation = start.pose.T_world_obj.rotation;
+    model.state << start.pose.T_world_obj.translation, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero();
     model.covariance.setZero();
     model.covariance.topLeftCorner<3, 3>() = start.pose.covariance.bottomRightCorner<3, 3>();
   }
-  model_[kStationary].velocity_mps.setZero();
-  model_[kStationary].covariance.diagonal().tail<3>().setConstant(kRestSpeedSigma_mps * kRestSpeedSigma_mps);
+  model_[kStationary].covariance.diagonal().segment<3>(3).setConstant(kRestSpeedSigma_mps * kRestSpeedSigma_mps);
   model_[kStationary].probability = 1.0 - start.moving_probability;
   const Eigen::Matrix3d prior_covariance =
       kVelocityPriorSigma_mps * kVelocityPriorSigma_mps * Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d gain = prior_covariance * (prior_covariance + start.velocity_covariance).inverse();
   const double lag_mps = noise_.acceleration_mps2 * kVelocityLag_s;
-  model_[kMoving].velocity_mps = gain * (start.pose.T_world_obj.rotation * start.velocity.tail<3>());
-  model_[kMoving].covariance.bottomRightCorner<3, 3>() =
+  model_[kMoving].state.segment<3>(3) = gain * (start.pose.T_world_obj.rotation * start.velocity.tail<3>());
+  model_[kMoving].covariance.block<3, 3>(3, 3) =
       gain * start.velocity_covariance + lag_mps * lag_mps * Eigen::Matrix3d::Identity();
   model_[kMoving].probability = start.moving_probability;
 }
@@ -167,11 +171,11 @@ void MotionFilter::restart_at(const StereoPosition& measured, const Se3& T_world
   const Eigen::Vector3d p_cam = geometry_.triangulate(measured.uvd_px.x(), measured.uvd_px.y(), measured.uvd_px.z());
   const Eigen::Matrix3d per_pixel = T_world_cam.rotation * project(geometry_, p_cam).jacobian.inverse();
   const double of_median_px = median_sigma_px(noise_.stereo_sigma_px, measured.features);
-  MotionStart from{.timestamp_ns = timestamp_ns_, .pose = {pose(), pose_covariance()}};
-  from.pose.T_world_obj.translation = T_world_cam * p_cam + measured.to_origin_m;
-  from.pose.covariance.bottomRightCorner<3, 3>() =
-      of_median_px * of_median_px * per_pixel * per_pixel.transpose() +
-      measured.extent_sigma_m * measured.extent_sigma_m * Eigen::Matrix3d::Identity();
+  MotionStart from{.timestamp_ns = timestamp_ns_,
+                   .pose = {pose(), pose_covariance()},
+                   .part_covariance_m2 = measured.part.covariance_m2};
+  from.pose.T_world_obj.translation = T_world_cam * p_cam + measured.part.to_origin_m;
+  from.pose.covariance.bottomRightCorner<3, 3>() = of_median_px * of_median_px * per_pixel * per_pixel.transpose();
   from.velocity_covariance = kUnknownVelocitySigma_mps * kUnknownVelocitySigma_mps * Eigen::Matrix3d::Identity();
   start(from);
 }
@@ -189,11 +193,9 @@ MotionFilter::Models MotionFilter::mix(double interval_s) const noexcept {
     Model& result = out[to];
     result.probability = of_same + of_other;
     const double weight = of_other / result.probability;
-    result.pose = weight < 0.5 ? same.pose : other.pose;
-    result.pose.translation = (1.0 - weight) * same.pose.translation + weight * other.pose.translation;
-    result.velocity_mps = (1.0 - weight) * same.velocity_mps + weight * other.velocity_mps;
-    Vector6d between;
-    between << other.pose.translation - same.pose.translation, other.velocity_mps - same.velocity_mps;
+    result.rotation = weight < 0.5 ? same.rotation : other.rotation;
+    result.state = (1.0 - weight) * same.state + weight * other.state;
+    const State between = other.state - same.state;
     result.covariance = (1.0 - weight) * same.covariance + weight * other.covariance +
                         weight * (1.0 - weight) * between * between.transpose();
   }
@@ -201,28 +203,33 @@ MotionFilter::Models MotionFilter::mix(double interval_s) const noexcept {
 }
 
 void MotionFilter::propagate(Models& models, double interval_s) const noexcept {
+  const double part_stays = std::exp(-interval_s / kErrorCorrelation_s);
   Model& moving = models[kMoving];
-  const Eigen::Matrix3d rotation = moving.pose.rotation * so3_exp(interval_s * turn_rate_radps_);
-  const Eigen::Matrix3d turn = rotation * moving.pose.rotation.transpose();
-  const Eigen::Vector3d velocity_mps = turn * moving.velocity_mps;
-  moving.pose = {orthonormalised(rotation), moving.pose.translation + interval_s * moving.velocity_mps};
-  moving.velocity_mps = velocity_mps;
-  Matrix6d transition = Matrix6d::Identity();
-  transition.topRightCorner<3, 3>().diagonal().setConstant(interval_s);
-  transition.bottomRightCorner<3, 3>() = turn;
+  const Eigen::Matrix3d rotation = moving.rotation * so3_exp(interval_s * turn_rate_radps_);
+  StateCovariance transition = StateCovariance::Identity();
+  transition.block<3, 3>(0, 3).diagonal().setConstant(interval_s);
+  transition.block<3, 3>(3, 3) = rotation * moving.rotation.transpose();
+  transition.bottomRightCorner<3, 3>() *= part_stays;
+  moving.rotation = orthonormalised(rotation);
+  moving.state = transition * moving.state;
   const double density = noise_.acceleration_mps2 * noise_.acceleration_mps2 * kAccelerationTime_s;
   const Eigen::Matrix3d unit = density * interval_s * Eigen::Matrix3d::Identity();
   Matrix6d noise;
   noise << interval_s * interval_s / 3.0 * unit, 0.5 * interval_s * unit, 0.5 * interval_s * unit, unit;
-  moving.covariance = transition * moving.covariance * transition.transpose() + noise;
+  moving.covariance = transition * moving.covariance * transition.transpose();
+  moving.covariance.topLeftCorner<6, 6>() += noise;
 
   Model& stationary = models[kStationary];
-  stationary.velocity_mps.setZero();
-  const Eigen::Matrix3d position_covariance = stationary.covariance.topLeftCorner<3, 3>();
-  stationary.covariance.setZero();
-  stationary.covariance.topLeftCorner<3, 3>() =
-      position_covariance + kRestDrift_m * kRestDrift_m * interval_s * Eigen::Matrix3d::Identity();
-  stationary.covariance.diagonal().tail<3>().setConstant(kRestSpeedSigma_mps * kRestSpeedSigma_mps);
+  StateCovariance rest = StateCovariance::Identity();
+  rest.block<3, 3>(3, 3).setZero();
+  rest.bottomRightCorner<3, 3>() *= part_stays;
+  stationary.state = rest * stationary.state;
+  stationary.covariance = rest * stationary.covariance * rest.transpose();
+  stationary.covariance.diagonal().head<3>().array() += kRestDrift_m * kRestDrift_m * interval_s;
+  stationary.covariance.diagonal().segment<3>(3).setConstant(kRestSpeedSigma_mps * kRestSpeedSigma_mps);
+  for (Model& model : models) {
+    model.covariance.bottomRightCorner<3, 3>() += (1.0 - part_stays * part_stays) * part_covariance_m2_;
+  }
 }
 
 void MotionFilter::predict(std::int64_t timestamp_ns) noexcept {
@@ -236,11 +243,32 @@ void MotionFilter::predict(std::int64_t timestamp_ns) noexcept {
   propagate(model_, interval_s);
 }
 
-UncertainPose MotionFilter::predicted(std::int64_t timestamp_ns) const noexcept {
+MotionFilter::Models MotionFilter::predicted_models(std::int64_t timestamp_ns) const noexcept {
   Models models = model_;
   propagate(models, std::max(1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_), 0.0));
-  const Model& model = models[at_rest() ? kStationary : kMoving];
-  return {model.pose, pose_covariance(model, timestamp_ns)};
+  return models;
+}
+
+MotionFilter::Models MotionFilter::with_part(Models models, const VisiblePart& part) const noexcept {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> growth(part.covariance_m2 - part_covariance_m2_);
+  const Eigen::Matrix3d added_m2 =
+      growth.eigenvectors() * growth.eigenvalues().cwiseMax(0.0).asDiagonal() * growth.eigenvectors().transpose();
+  for (Model& model : models) {
+    model.covariance.bottomRightCorner<3, 3>() += added_m2;
+  }
+  return models;
+}
+
+UncertainPose MotionFilter::predicted(std::int64_t timestamp_ns) const noexcept {
+  const Model model = predicted_models(timestamp_ns)[likelier()];
+  return {model.pose(), pose_covariance(model, timestamp_ns)};
+}
+
+UncertainPosition MotionFilter::predicted_part(std::int64_t timestamp_ns, const VisiblePart& part) const noexcept {
+  const Model model = with_part(predicted_models(timestamp_ns), part)[likelier()];
+  Eigen::Matrix<double, 3, kStates> by_state;
+  by_state << Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity();
+  return {by_state * model.state - part.to_origin_m, by_state * model.covariance * by_state.transpose()};
 }
 
 Matrix6d MotionFilter::pose_covariance(const Model& model, std::int64_t timestamp_ns) const noexcept {
@@ -254,11 +282,10 @@ Matrix6d MotionFilter::pose_covariance(const Model& model, std::int64_t timestam
 
 // Iterated: relinearised at each corrected state.
 template <typename Linearised, typename Observe>
-void MotionFilter::correct(Model& model, Linearised observation, double noise_factor, const Observe& observed_at) {
-  Vector6d before;
-  before << model.pose.translation, model.velocity_mps;
-  Eigen::Matrix<double, 6, decltype(observation.jacobian)::RowsAtCompileTime> gain;
-  Vector6d correction = Vector6d::Zero();
+void MotionFilter::correct(Model& model, Linearised observation, const Observe& observed_at) {
+  const State before = model.state;
+  Eigen::Matrix<double, kStates, decltype(observation.jacobian)::RowsAtCompileTime> gain;
+  State correction = State::Zero();
   for (int i = 0; i < kIterations; ++i) {
     if (i > 0) {
       const auto next = observed_at(before + correction);
@@ -267,23 +294,21 @@ void MotionFilter::correct(Model& model, Linearised observation, double noise_fa
       }
       observation = *next;
     }
-    observation.noise *= noise_factor;
     const auto innovation_covariance =
         (observation.jacobian * model.covariance * observation.jacobian.transpose() + observation.noise).eval();
     gain = innovation_covariance.ldlt().solve(observation.jacobian * model.covariance).transpose();
     correction = gain * (observation.residual + observation.jacobian * correction);
   }
   // Joseph's form stays symmetric and positive semidefinite.
-  const Matrix6d i_minus_kh = Matrix6d::Identity() - gain * observation.jacobian;
+  const StateCovariance i_minus_kh = StateCovariance::Identity() - gain * observation.jacobian;
   model.covariance =
       i_minus_kh * model.covariance * i_minus_kh.transpose() + gain * observation.noise * gain.transpose();
-  model.pose.translation += correction.head<3>();
-  model.velocity_mps += correction.tail<3>();
+  model.state += correction;
 }
 
 template <typename Measurement>
 bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world_cam, double gate) noexcept {
-  const auto observed_at = [&](const Vector6d& state) {
+  const auto observed_at = [&](const State& state) {
     return observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
   };
   // Measurements within the correlation time of their errors count once for the model probabilities.
@@ -292,10 +317,8 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
   std::array<bool, 2> passes_gate{};
   for (std::size_t m = 0; m < model_.size(); ++m) {
     Model& model = model_[m];
-    Vector6d before;
-    before << model.pose.translation, model.velocity_mps;
     log_density[m] = -std::numeric_limits<double>::infinity();
-    const auto observation = observed_at(before);
+    const auto observation = observed_at(model.state);
     if (!observation) {
       continue;
     }
@@ -305,9 +328,7 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
     if (!passes_gate[m]) {
       continue;
     }
-    // An object at rest shows the same side with the same error: one independent position per correlation time.
-    const double noise_factor = m == kStationary && weight > 0.0 ? 1.0 / weight : 1.0;
-    correct(model, *observation, noise_factor, observed_at);
+    correct(model, *observation, observed_at);
   }
   if (!passes_gate[kStationary] && !passes_gate[kMoving]) {
     return false;
@@ -325,12 +346,25 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
   return true;
 }
 
+void MotionFilter::set_part(const VisiblePart& part) noexcept {
+  model_ = with_part(model_, part);
+  part_covariance_m2_ = part.covariance_m2;
+}
+
 bool MotionFilter::update(const StereoPosition& measured, const Se3& T_world_cam) noexcept {
-  return initialised_ && is_measured(measured) && update_models(measured, T_world_cam, kChiSquareGate3);
+  if (!initialised_ || !is_measured(measured)) {
+    return false;
+  }
+  set_part(measured.part);
+  return update_models(measured, T_world_cam, kChiSquareGate3);
 }
 
 bool MotionFilter::update(const Bearing& measured, const Se3& T_world_cam) noexcept {
-  return initialised_ && measured.uv_px.allFinite() && update_models(measured, T_world_cam, kNoGate);
+  if (!initialised_ || !measured.uv_px.allFinite()) {
+    return false;
+  }
+  set_part(measured.part);
+  return update_models(measured, T_world_cam, kNoGate);
 }
 
 bool MotionFilter::update(const ImageMotion& measured, const Se3& T_world_cam) noexcept {
@@ -338,20 +372,17 @@ bool MotionFilter::update(const ImageMotion& measured, const Se3& T_world_cam) n
          update_models(measured, T_world_cam, kChiSquareGate2);
 }
 
-std::optional<double> MotionFilter::log_likelihood(const StereoPosition& measured, double body_volume_px3,
+std::optional<double> MotionFilter::log_likelihood(const StereoPosition& measured,
                                                    const Se3& T_world_cam) const noexcept {
+  const Models models = with_part(model_, measured.part);
   std::array<double, 2> log_density{};
   log_density.fill(-std::numeric_limits<double>::infinity());
-  for (std::size_t m = 0; m < model_.size(); ++m) {
-    Vector6d state;
-    state << model_[m].pose.translation, model_[m].velocity_mps;
-    const auto observation = observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const auto observation = observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, models[m].state);
     if (initialised_ && is_measured(measured) && observation) {
-      const Innovation innovation = innovation_of(*observation, model_[m].covariance);
-      const double innovation_volume_px3 =
-          std::pow(2.0 * std::numbers::pi, 1.5) * std::exp(-innovation.log_density - 0.5 * innovation.nis);
+      const Innovation innovation = innovation_of(*observation, models[m].covariance);
       log_density[m] =
-          std::log(model_[m].probability) - 0.5 * innovation.nis - std::log(body_volume_px3 + innovation_volume_px3);
+          std::log(models[m].probability) + innovation.log_density - 1.5 * std::log(2.0 * std::numbers::pi);
     }
   }
   const double best = std::max(log_density[0], log_density[1]);
@@ -359,15 +390,6 @@ std::optional<double> MotionFilter::log_likelihood(const StereoPosition& measure
     return std::nullopt;
   }
   return best + std::log(std::exp(log_density[0] - best) + std::exp(log_density[1] - best));
-}
-
-bool MotionFilter::accepts(const StereoPosition& measured, const Se3& T_world_cam) const noexcept {
-  return initialised_ && is_measured(measured) && std::any_of(model_.begin(), model_.end(), [&](const Model& model) {
-           Vector6d state;
-           state << model.pose.translation, model.velocity_mps;
-           const auto observation = observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, state);
-           return observation && innovation_of(*observation, model.covariance).nis <= kChiSquareGate3;
-         });
 }
 
 }  // namespace kinetrace::objects

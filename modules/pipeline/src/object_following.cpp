@@ -8,9 +8,6 @@
 namespace kinetrace::pipeline {
 namespace {
 
-/// The error of the visible part's centre of a half occluded object is correlated for the whole occlusion: its standard
-/// deviation is this many times that of a surface.
-constexpr double kOccludedExtentFactor = 4.0;
 /// Of a position by one stereo observation.
 constexpr double kInitialPositionSigma_m = 0.5;
 constexpr double kUnknownRotationSigma_rad = 1.0;
@@ -25,6 +22,9 @@ constexpr double kMaxEvidence = 7.0;   // Upper bound of the evidence, log odds:
 constexpr int kMinSwitchFeatures = 3;  // Fewer features may belong to another object.
 constexpr int kMaxRejections = 3;      // Measurements in a row: then the object is elsewhere.
 constexpr double kOutlineSigma_m = 0.03;
+constexpr double kUniformVariance = 1.0 / 12.0;  // Of a uniform distribution, by its width squared.
+/// More features do not improve their median: their errors are correlated.
+constexpr int kMaxSpreadFeatures = 8;
 
 double log_odds(double probability) {
   return std::log(probability / (1.0 - probability));
@@ -32,12 +32,13 @@ double log_odds(double probability) {
 
 }  // namespace
 
-void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
+void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity, const Se3& T_world_cam) noexcept {
   const bool has_velocity = motion_.size() >= trajectory::ObjectMotion::kMinSamples;
   objects::MotionStart start{.timestamp_ns = life_.timestamp_ns,
                              .pose = {T_world_obj, life_.covariance},
                              .velocity = velocity,
-                             .moving_probability = identity_.moving_probability};
+                             .moving_probability = identity_.moving_probability,
+                             .part_covariance_m2 = visible_part_of(T_world_cam).covariance_m2};
   start.pose.covariance.diagonal().head<3>().array() += kPathSigma_rad * kPathSigma_rad;
   start.pose.covariance.diagonal().tail<3>().array() += kPathSigma_m * kPathSigma_m;
   // A slower turn may be noise of the last poses, and would accumulate while coasting.
@@ -76,61 +77,52 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
     life_.covariance.setZero();
     life_.covariance.diagonal() << Eigen::Vector3d::Constant(kUnknownRotationSigma_rad * kUnknownRotationSigma_rad),
         Eigen::Vector3d::Constant(kInitialPositionSigma_m * kInitialPositionSigma_m);
-    start_filter(identity_.T_world_obj, Vector6d::Zero());
+    start_filter(identity_.T_world_obj, Vector6d::Zero(), camera.T_world_cam);
   }
   filter.predict(life_.timestamp_ns);
   identity_.T_world_obj = filter.pose();
-  const Fix fix = camera.valid ? update_filter(observation, camera) : Fix::kNone;
+  if (camera.valid) {
+    update_filter_by_motion(observation, camera);
+  }
+  const bool is_located = camera.valid && update_filter_by_position(observation, camera);
   identity_.T_world_obj = filter.pose();
   life_.covariance = filter.pose_covariance();
   if (!identity_.reconstructed) {
     life_.covariance.topLeftCorner<3, 3>() =
         kUnknownRotationSigma_rad * kUnknownRotationSigma_rad * Eigen::Matrix3d::Identity();
   }
-  if (fix == Fix::kStereo) {
-    // The position of the visible surface on the object is a correlated error, which averaging does not reduce.
-    const double extent_m = extent_sigma_m(visible_center_in_camera_m(camera).z());
-    life_.covariance.diagonal().tail<3>().array() += extent_m * extent_m;
+  if (!identity_.frame_fixed) {
+    // Its origin will be at the centre of its points, anywhere on it.
+    life_.covariance.bottomRightCorner<3, 3>() +=
+        part_covariance(visible_center_in_camera_m(camera), camera.T_world_cam.rotation);
   }
-  update_status(fix);
+  update_status(is_located);
 }
 
-ObjectState::Fix ObjectState::update_filter(const StereoObservation& observation, const CameraState& camera) {
-  update_filter_by_motion(observation, camera);
-  return update_filter_by_position(observation, camera);
-}
-
-ObjectState::Fix ObjectState::update_filter_by_position(const StereoObservation& observation,
-                                                        const CameraState& camera) {
+bool ObjectState::update_filter_by_position(const StereoObservation& observation, const CameraState& camera) {
   objects::MotionFilter& filter = identity_.filter;
-  if (observation.features < config_.stereo_only_min_features) {
+  // Of a person the outline is measured, not where the features lie.
+  const int features = is_rigid() ? observation.agreeing : observation.features;
+  if (features < config_.stereo_only_min_features) {
     // The centre of a partly visible mask does not locate the whole.
     if (life_.track.missed_frames == 0 && !(identity_.reconstructed && is_truncated_or_occluded())) {
-      filter.update(mask_bearing(), camera.T_world_cam);
+      filter.update(mask_bearing(camera), camera.T_world_cam);
     }
-    return Fix::kNone;
+    return false;
   }
-  if (is_on_predicted_box(observation, camera)) {
-    life_.rejections = 0;
-    life_.provisional = false;
-    return Fix::kConsistentWithPrediction;
-  }
-  const objects::StereoPosition measured = stereo_position(observation, camera);
-  const double expected_sigma_m = std::sqrt(filter.pose_covariance().bottomRightCorner<3, 3>().trace() / 3.0);
+  const objects::StereoPosition measured{observation.uvd_px, observation.features, visible_part_of(camera.T_world_cam)};
   if (filter.update(measured, camera.T_world_cam)) {
     life_.rejections = 0;
     life_.provisional = false;
-    const bool is_consistent =
-        identity_.reconstructed && is_truncated_or_occluded() && measured.extent_sigma_m > expected_sigma_m;
-    return is_consistent ? Fix::kConsistentWithPrediction : Fix::kStereo;
+    return true;
   }
   life_.identity_switched = life_.provisional && observation.agreeing >= kMinSwitchFeatures;
   if (life_.identity_switched || ++life_.rejections < kMaxRejections) {
-    return Fix::kNone;
+    return false;
   }
   life_.rejections = 0;
   restart_at_observation(observation, camera);
-  return life_.identity_switched ? Fix::kNone : Fix::kStereo;
+  return !life_.identity_switched;
 }
 
 void ObjectState::update_filter_by_motion(const StereoObservation& observation, const CameraState& camera) {
@@ -157,10 +149,10 @@ void ObjectState::restart_at_observation(const StereoObservation& observation, c
   if (is_rigid()) {  // an outline's origin is its centre
     identity_.to_origin_m.setZero();
   }
-  identity_.filter.restart_at({.uvd_px = observation.uvd_px,
-                               .features = observation.features,
-                               .to_origin_m = identity_.to_origin_m,
-                               .extent_sigma_m = extent_sigma_m(position_in_camera(geometry_, observation).z())},
+  const Eigen::Vector3d part_cam_m = position_in_camera(geometry_, observation);
+  identity_.filter.restart_at({observation.uvd_px,
+                               observation.features,
+                               {identity_.to_origin_m, part_covariance(part_cam_m, camera.T_world_cam.rotation)}},
                               camera.T_world_cam);
   identity_.frame_fixed = identity_.reconstructed = false;
   identity_.area_m2 = identity_.width_m = 0.0;
@@ -171,55 +163,61 @@ void ObjectState::restart_at_observation(const StereoObservation& observation, c
   frame_.change = FrameChange::kReplaced;
 }
 
-objects::Bearing ObjectState::mask_bearing() const {
+objects::Bearing ObjectState::mask_bearing(const CameraState& camera) const {
   const PixelBox& box = life_.track.box_px;
-  const double depth_m = life_.T_obj_cam.inverse().translation.z();
-  return {.uv_px = {box.center_x(), box.center_y()},
-          .to_origin_m = is_rigid() ? Eigen::Vector3d(identity_.T_world_obj.rotation * identity_.to_origin_m)
-                                    : Eigen::Vector3d::Zero(),  // an outline's origin is its centre
-          .extent_sigma_m = std::max(extent_sigma_m(depth_m), identity_.width_m)};
-}
-
-bool ObjectState::is_on_predicted_box(const StereoObservation& observation, const CameraState& camera) const {
-  const Eigen::Vector3d observed_m = camera.T_world_cam * position_in_camera(geometry_, observation);
-  return identity_.reconstructed && is_truncated_or_occluded() && box_.known() && offset_from_box(observed_m).isZero();
-}
-
-objects::StereoPosition ObjectState::stereo_position(const StereoObservation& observation,
-                                                     const CameraState& camera) const {
-  const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
-  objects::StereoPosition measured{.uvd_px = observation.uvd_px,
-                                   .features = observation.features,
-                                   .to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
-                                   .extent_sigma_m = extent_sigma_m(visible_center_in_camera_m(camera).z())};
-  if (is_truncated_or_occluded()) {
-    measured.extent_sigma_m = std::max(measured.extent_sigma_m, kOccludedExtentFactor * surface_sigma_m_);
-  } else if (!identity_.reconstructed || identity_.filter.accepts(measured, camera.T_world_cam)) {
-    return measured;
+  objects::VisiblePart part = visible_part_of(camera.T_world_cam);
+  if (!is_rigid()) {
+    part.to_origin_m.setZero();  // an outline's origin is its centre
   }
-  const Eigen::Vector3d on_box_cam_m =
-      camera.T_world_cam.inverse() * (visible_center_m() + offset_from_box(camera.T_world_cam * p_cam));
-  if (identity_.reconstructed && on_box_cam_m.z() > 0.0) {
-    const Eigen::Vector3d uvr_px = geometry_.project(on_box_cam_m);
-    measured.uvd_px = {uvr_px.x(), uvr_px.y(), uvr_px.x() - uvr_px.z()};
-  }
-  return measured;
+  return {.uv_px = {box.center_x(), box.center_y()}, .center_sigma_m = identity_.width_m, .part = part};
 }
 
-double ObjectState::extent_sigma_m(double depth_m) const {
+objects::VisiblePart ObjectState::visible_part_of(const Se3& T_world_cam) const {
+  return {.to_origin_m = identity_.T_world_obj.rotation * identity_.to_origin_m,
+          .covariance_m2 = part_covariance(T_world_cam.inverse() * visible_center_m(), T_world_cam.rotation)};
+}
+
+Eigen::Matrix3d ObjectState::part_covariance(const Eigen::Vector3d& part_cam_m,
+                                             const Eigen::Matrix3d& R_world_cam) const {
+  const double depth_m = std::max(part_cam_m.z(), kMinProjectionDepth_m);
+  const Eigen::Vector3d along_ray_m =
+      geometry_.depth_sigma_m(depth_m, kObservedDisparitySigma_px) / depth_m * (R_world_cam * part_cam_m);
+  return extent_covariance(depth_m) + along_ray_m * along_ray_m.transpose();
+}
+
+Eigen::Matrix3d ObjectState::extent_covariance(double depth_m) const {
   const double visible_width_m = life_.track.box_px.width() * std::max(depth_m, 0.0) / geometry_.fx_px;
-  // The occluded width follows from masks or, where it has just returned, from the width when last seen whole.
-  const double hidden_width_m =
-      std::max(visible_width_m * (1.0 / visible_part() - 1.0), identity_.width_m - visible_width_m);
-  return (is_rigid() ? surface_sigma_m_ : kOutlineSigma_m) + 0.5 * std::max(hidden_width_m, 0.0);
+  // The median of features anywhere on the visible part; an outline is that of the part itself.
+  const double features = std::clamp(frame_.observed_features, 1, kMaxSpreadFeatures);
+  const double surface_m = is_rigid()
+                               ? std::max(surface_sigma_m_, visible_width_m * std::sqrt(kUniformVariance / features))
+                               : kOutlineSigma_m;
+  return hidden_covariance(visible_width_m) + surface_m * surface_m * Eigen::Matrix3d::Identity();
 }
 
-void ObjectState::update_status(Fix fix) noexcept {
+Eigen::Matrix3d ObjectState::hidden_covariance(double visible_width_m) const {
+  // The hidden width follows from masks or, where it has just returned, from the width when last seen whole.
+  const double hidden_width_m =
+      std::max({visible_width_m * (1.0 / visible_part() - 1.0), identity_.width_m - visible_width_m, 0.0});
+  const double width_m = hidden_width_m + visible_width_m;
+  const double hidden_fraction = is_truncated_or_occluded() || width_m <= 0.0 ? 1.0 : hidden_width_m / width_m;
+  Eigen::Vector3d size_m = Eigen::Vector3d::Constant(width_m);
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  if (box_.known() && is_rigid()) {
+    const Box3 box = box_.box_in_object();
+    size_m = box.size_m;
+    axes = identity_.T_world_obj.rotation * box.rotation();
+  }
+  const Eigen::Vector3d variance_m2 = kUniformVariance * (hidden_fraction * size_m).cwiseAbs2();
+  return axes * variance_m2.asDiagonal() * axes.transpose();
+}
+
+void ObjectState::update_status(bool is_located) noexcept {
   const bool is_detected_at_rest = life_.track.missed_frames == 0 && identity_.filter.at_rest();
-  if (fix != Fix::kNone || is_detected_at_rest) {
+  if (is_located || is_detected_at_rest) {
     life_.predicted.reset();  // An object detected where it is expected is not lost, however little of it is visible.
   }
-  if (fix == Fix::kStereo) {
+  if (is_located) {
     life_.status = BodyStatus::kStereoOnly;
     return;
   }

@@ -30,17 +30,6 @@ double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
 
 }  // namespace
 
-Eigen::Vector3d ObjectState::offset_from_box(const Eigen::Vector3d& observed_m) const {
-  const Eigen::Vector3d off_m = observed_m - visible_center_m();
-  if (!box_.known()) {
-    return off_m;
-  }
-  const Eigen::Matrix3d& R_world_obj = identity_.T_world_obj.rotation;
-  const Eigen::Vector3d outside_m =
-      R_world_obj * offset_from(box_.box_in_object(), R_world_obj.transpose() * off_m - identity_.to_origin_m);
-  return outside_m.norm() < off_m.norm() ? outside_m : off_m;
-}
-
 bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept {
   return alive() && life_.confirmed && life_.track.class_id == redetected.class_id &&
          life_.track.missed_ns > missed_ns && life_.track.missed_frames > redetected.age_frames;
@@ -53,18 +42,11 @@ std::optional<double> ObjectState::position_evidence(const StereoObservation& ob
     return std::nullopt;
   }
   const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
-  const Eigen::Vector3d observed_m = camera.T_world_cam * p_cam;
-  const objects::StereoPosition measured{
-      .uvd_px = observation.uvd_px,
-      .features = observation.features,
-      .to_origin_m = identity_.T_world_obj.translation - (observed_m - offset_from_box(observed_m)),
-      .extent_sigma_m = box_.known() ? surface_sigma_m_ : extent_sigma_m(0.0)};
-  const double body_volume_m3 = box_.known() ? box_.box_in_object().size_m.prod() : 0.0;
+  const objects::StereoPosition measured{observation.uvd_px, observation.features, visible_part_of(camera.T_world_cam)};
   // Volume of a cubic pixel of (u_left, v, disparity) at this depth.
   const double m3_per_px3 =
       std::pow(p_cam.z(), 4) / (geometry_.fx_px * geometry_.fy_px * geometry_.fx_px * geometry_.baseline_m);
-  const std::optional<double> log_likelihood =
-      identity_.filter.log_likelihood(measured, body_volume_m3 / m3_per_px3, camera.T_world_cam);
+  const std::optional<double> log_likelihood = identity_.filter.log_likelihood(measured, camera.T_world_cam);
   return log_likelihood ? std::optional<double>(*log_likelihood - std::log(kNewObjectsPer_m3 * m3_per_px3))
                         : std::nullopt;
 }

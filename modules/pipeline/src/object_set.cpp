@@ -61,7 +61,7 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
     if (!is_detected_without_position(track)) {
       continue;
     }
-    const StereoObservation observation = slots_[track.slot].observe_stereo(frame, labels);
+    const StereoObservation observation = slots_[track.slot].observe_stereo(frame, labels, camera);
     const bool is_position_measured = camera.valid && observation.features >= min_features_;
     for (int slot = 0; slot < count; ++slot) {
       const ObjectState& lost = slots_[static_cast<std::size_t>(slot)];

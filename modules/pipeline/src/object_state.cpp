@@ -103,17 +103,19 @@ tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, co
     return predict_direction(T_world_cam);
   }
   objects::UncertainPose expected{.T_world_obj = identity_.T_world_obj};
+  objects::UncertainPosition part{.position_m = visible_center_m()};
   if (identity_.filter.initialised()) {
     expected = identity_.filter.predicted(timestamp_ns);
+    part = identity_.filter.predicted_part(timestamp_ns, visible_part_of(T_world_cam));
   }
   const Eigen::Vector3d p_cam = T_world_cam.inverse() * expected.T_world_obj.translation;
   tracking::ObjectPrediction prediction{true, geometry_.project(p_cam).head<2>(), p_cam.z()};
-  const double visible_center_z_m = (T_world_cam.inverse() * (expected.T_world_obj * -identity_.to_origin_m)).z();
-  if (visible_center_z_m > kMinProjectionDepth_m) {
+  const double part_z_m = (T_world_cam.inverse() * part.position_m).z();
+  if (part_z_m > kMinProjectionDepth_m) {
     const Eigen::Vector3d forward = T_world_cam.rotation.col(2);
-    prediction.disparity_px = geometry_.disparity_px(visible_center_z_m);
-    prediction.disparity_sigma_px = prediction.disparity_px / visible_center_z_m *
-                                    std::sqrt(forward.dot(expected.covariance.bottomRightCorner<3, 3>() * forward));
+    prediction.disparity_px = geometry_.disparity_px(part_z_m);
+    prediction.disparity_sigma_px =
+        prediction.disparity_px / part_z_m * std::sqrt(forward.dot(part.covariance * forward));
   }
   return prediction;
 }
@@ -143,6 +145,15 @@ void ObjectState::end() {
   if (body_.active()) {
     body_.end();
   }
+}
+
+StereoObservation ObjectState::observe_stereo(const FeatureFrame& frame, LabelView labels,
+                                              const CameraState& camera) const {
+  StereoObservation observation = pipeline::observe_stereo(frame, life_.track.label(), min_disparity_px_);
+  if (!is_rigid() && life_.track.area_px > 0) {
+    observe_by_outline(labels, camera, observation);
+  }
+  return observation;
 }
 
 void ObjectState::observe_by_outline(LabelView labels, const CameraState& camera,
@@ -187,7 +198,7 @@ bool ObjectState::initialise_position(const StereoObservation& observation, cons
 
 void ObjectState::reinitialise_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept {
   if (life_.status == BodyStatus::kTracked) {
-    start_filter(T_world_obj, velocity);
+    start_filter(T_world_obj, velocity, T_world_obj * life_.T_obj_cam);
   }
 }
 
@@ -234,10 +245,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
 void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
                           const features::FeatureFrontEnd& front_end) {
   begin_frame(track, frame.timestamp_ns, camera);
-  StereoObservation observation = observe_stereo(frame, labels);
-  if (!is_rigid() && life_.track.area_px > 0) {
-    observe_by_outline(labels, camera, observation);
-  }
+  const StereoObservation observation = observe_stereo(frame, labels, camera);
   frame_.observed_features = observation.features;
   if (!life_.has_position && !initialise_position(observation, camera)) {
     record_direction(camera);
@@ -303,11 +311,11 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   // A predicted pose continues the last motion: that is no evidence of a new mover either.
   const bool is_measured = life_.status == BodyStatus::kTracked ||
                            (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kMinMotionFeatures);
-  if (!is_measured && !identity_.has_moved) {
-    correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
-  } else if (life_.status == BodyStatus::kStereoOnly) {
-    const double surface_m = 0.5 * extent_sigma_m(depth_m);
-    correlated_covariance.diagonal().array() += surface_m * surface_m;
+  if (!identity_.has_moved && life_.status != BodyStatus::kTracked) {
+    correlated_covariance += life_.covariance.bottomRightCorner<3, 3>();
+    if (!is_measured) {
+      correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
+    }
   }
   return correlated_covariance;
 }
@@ -334,7 +342,7 @@ void ObjectState::push_motion(const CameraState& camera) {
     update_moving_probability();
     Vector6d velocity = Vector6d::Zero();
     velocity.tail<3>() = identity_.T_world_obj.rotation.transpose() * motion.velocity_mps;
-    start_filter(identity_.T_world_obj, velocity);
+    start_filter(identity_.T_world_obj, velocity, camera.T_world_cam);
   }
 }
 

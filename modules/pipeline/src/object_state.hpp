@@ -59,9 +59,8 @@ class ObjectState {
   void release() noexcept { life_.track = Track{}; }
 
   /// Stereo measurement of this object; empty without features.
-  [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels) const {
-    return pipeline::observe_stereo(frame, labels, life_.track.label(), min_disparity_px_);
-  }
+  [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels,
+                                                 const CameraState& camera) const;
   /// Log-likelihood ratio of `observation`, of the new track `redetected`, showing this lost object, against a new one.
   /// Nothing if this one has no position, is of another class, was still detected when the new track already was, or
   /// was missed too briefly in plain sight.
@@ -208,9 +207,6 @@ class ObjectState {
   [[nodiscard]] bool is_mostly_occluded() const noexcept {
     return std::min(life_.track.visible_part, frame_.visible_fraction) < kClearlyVisible;
   }
-  /// From the nearest point of its box to `observed_m`. The end that reappears first may be another than the last one
-  /// visible.
-  [[nodiscard]] Eigen::Vector3d offset_from_box(const Eigen::Vector3d& observed_m) const;
   /// Updates the track and the time since the previous frame.
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
   /// Visible fraction of its recent area: an occluder need not be a tracked object.
@@ -246,33 +242,27 @@ class ObjectState {
 
   // Pose without a reconstruction.
   void follow(const StereoObservation& observation, const CameraState& camera);
-  /// Position fix by stereo.
-  enum class Fix : std::uint8_t {
-    kNone,
-    kConsistentWithPrediction,  ///< Consistent with the prediction, which is more certain than the measurement.
-    kStereo,
-  };
-  /// Updates the filter by the measurements of this frame.
-  Fix update_filter(const StereoObservation& observation, const CameraState& camera);
-  Fix update_filter_by_position(const StereoObservation& observation, const CameraState& camera);
+  /// True if the filter's position has been measured by stereo.
+  bool update_filter_by_position(const StereoObservation& observation, const CameraState& camera);
   void update_filter_by_motion(const StereoObservation& observation, const CameraState& camera);
-  /// The centre of the visible part of a partly visible object lies in its predicted box: no new information.
-  [[nodiscard]] bool is_on_predicted_box(const StereoObservation& observation, const CameraState& camera) const;
-  /// The centre of the visible part of a partly visible object may be anywhere on it, and so may one outside the
-  /// filter's gate: only its distance outside the box is evidence of another position.
-  [[nodiscard]] objects::StereoPosition stereo_position(const StereoObservation& observation,
-                                                        const CameraState& camera) const;
-  [[nodiscard]] objects::Bearing mask_bearing() const;
+  /// Its visible part, as predicted.
+  [[nodiscard]] objects::VisiblePart visible_part_of(const Se3& T_world_cam) const;
+  [[nodiscard]] objects::Bearing mask_bearing(const CameraState& camera) const;
   /// Restarts the path where it is measured: its mask has switched to another object, or was on another one before.
   void restart_at_observation(const StereoObservation& observation, const CameraState& camera);
-  void update_status(Fix fix) noexcept;
-  /// Standard deviation of the visible part's centre on the object: over the surface, and by the occluded part.
-  /// `depth_m`: of the object, not of what was measured, which may lie on another surface.
-  [[nodiscard]] double extent_sigma_m(double depth_m) const;
+  void update_status(bool is_located) noexcept;
+  /// Covariance of the visible part's centre on the object, world axes: over the visible surface, over what is hidden,
+  /// and of its depth. `part_cam_m`: that centre as predicted, not as measured, which may lie on another surface.
+  [[nodiscard]] Eigen::Matrix3d part_covariance(const Eigen::Vector3d& part_cam_m,
+                                                const Eigen::Matrix3d& R_world_cam) const;
+  /// Of it, that over the surface and by the hidden part.
+  [[nodiscard]] Eigen::Matrix3d extent_covariance(double depth_m) const;
+  /// Of it, that by the hidden part: uniform over the part of the box that is hidden.
+  [[nodiscard]] Eigen::Matrix3d hidden_covariance(double visible_width_m) const;
 
   // Motion.
   /// Restarts the filter from a pose and velocity (body axes) of its path.
-  void start_filter(const Se3& T_world_obj, const Vector6d& velocity) noexcept;
+  void start_filter(const Se3& T_world_obj, const Vector6d& velocity, const Se3& T_world_cam) noexcept;
   /// Updates the probability of moving by the velocity of its path.
   void update_moving_probability() noexcept;
   /// Velocity of the point at `arm_world_m` from the reference point, world frame.

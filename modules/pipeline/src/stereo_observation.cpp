@@ -12,10 +12,6 @@ namespace kinetrace::pipeline {
 namespace {
 
 constexpr std::size_t kMaxObservedFeatures = 256;  // Medians over more than this are no better.
-// Half the size of a feature's patch.
-constexpr int kHalfPatchX_px = 8;
-constexpr int kHalfPatchY_px = 5;
-constexpr double kNearerDisparityRatio = 1.1;
 // Spread of the disparities of one object: absolute, and relative.
 constexpr double kMinDisparityTolerance_px = 0.75;
 constexpr double kRelativeDisparityTolerance = 0.1;
@@ -56,64 +52,14 @@ class Medians {
   std::size_t count_ = 0;
 };
 
-/// Objects whose masks adjoin that of `label`.
-class Occluders {
- public:
-  Occluders(const FeatureFrame& frame, LabelView labels, std::uint8_t label)
-      : frame_(frame), labels_(labels), own_(label) {}
-
-  /// The feature lies at the contour of an object that is about as near or nearer.
-  [[nodiscard]] bool may_contain(const Feature& feature) {
-    if (labels_.empty()) {
-      return false;
-    }
-    const auto x = static_cast<int>(std::lround(feature.left_px.x()));
-    const auto y = static_cast<int>(std::lround(feature.left_px.y()));
-    const std::array<std::uint8_t, 4> neighbours{label_at(x - kHalfPatchX_px, y), label_at(x + kHalfPatchX_px, y),
-                                                 label_at(x, y - kHalfPatchY_px), label_at(x, y + kHalfPatchY_px)};
-    return std::any_of(neighbours.begin(), neighbours.end(), [&](std::uint8_t other) {
-      return other != own_ && other != kBackgroundLabel && other != kIgnoreLabel &&
-             double{feature.disparity_px()} < kNearerDisparityRatio * disparity_of(other);
-    });
-  }
-
- private:
-  [[nodiscard]] std::uint8_t label_at(int x, int y) const {
-    return labels_.at(std::clamp(x, 0, labels_.width - 1), std::clamp(y, 0, labels_.height - 1));
-  }
-  /// Median; 0 without features.
-  [[nodiscard]] double disparity_of(std::uint8_t other) {
-    if (other != cached_label_) {
-      std::array<double, kMaxObservedFeatures> d;
-      std::size_t count = 0;
-      for (const Feature& feature : frame_.features) {
-        if (feature.body == other && feature.has_right() && count < d.size()) {
-          d[count++] = double{feature.disparity_px()};
-        }
-      }
-      cached_label_ = other;
-      cached_disparity_px_ = count > 0 ? median(std::span(d).first(count)) : 0.0;
-    }
-    return cached_disparity_px_;
-  }
-
-  const FeatureFrame& frame_;
-  LabelView labels_;
-  std::uint8_t own_;
-  std::uint8_t cached_label_ = kBackgroundLabel;
-  double cached_disparity_px_ = 0.0;
-};
-
 }  // namespace
 
-StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
-                                 double min_disparity_px) {
-  Occluders occluders(frame, labels, label);
+StereoObservation observe_stereo(const FeatureFrame& frame, std::uint8_t label, double min_disparity_px) {
   Medians<3> position;
   Medians<4> motion;
   for (const Feature& feature : frame.features) {
     if (feature.body == label && feature.has_right() && double{feature.disparity_px()} >= min_disparity_px &&
-        !position.full() && !occluders.may_contain(feature)) {
+        !position.full()) {
       const Eigen::Vector2d now_px = feature.left_px.cast<double>();
       position.add({now_px.x(), double{feature.v_px}, double{feature.disparity_px()}});
       if (feature.age_frames > 0) {

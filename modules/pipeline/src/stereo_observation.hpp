@@ -22,12 +22,8 @@ struct StereoObservation {
   objects::ImageMotion motion;                       ///< Of its features tracked from the previous frame.
 };
 
-/// The medians of the features with this label and at least `min_disparity_px`. `labels`: the masks of the left image.
-/// A feature whose patch reaches onto another object counts only if it is clearly nearer than that: at a contour,
-/// patches follow the object in front, and a narrow visible strip of a distant object would get the depth of its
-/// occluder.
-[[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels, std::uint8_t label,
-                                               double min_disparity_px);
+/// The medians of the features with this label and at least `min_disparity_px`.
+[[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, std::uint8_t label, double min_disparity_px);
 
 /// Camera frame, m.
 [[nodiscard]] Eigen::Vector3d position_in_camera(const StereoGeometry& geometry, const StereoObservation& observation);

@@ -1,6 +1,8 @@
 #include "trajectory_buffer.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 
 namespace kinetrace::pipeline {
 namespace {
@@ -28,6 +30,12 @@ std::size_t newest_of_point(ResultRing& ring, std::uint32_t track_id, std::size_
   return age;
 }
 
+/// Without a reconstruction, poses of successive frames have almost the same error (first-order Gauss-Markov): this
+/// many of them count as one that is independent.
+double samples_per_correlation_time(std::int64_t interval_ns) {
+  return interval_ns <= 0 ? 1.0 : 1.0 / std::tanh(0.5e-9 * static_cast<double>(interval_ns) / kErrorCorrelation_s);
+}
+
 }  // namespace
 
 TrajectoryBuffer::TrajectoryBuffer(const trajectory::TrajectoryConfig& config, std::size_t frames, Arena& arena)
@@ -42,10 +50,16 @@ std::optional<PathEnd> TrajectoryBuffer::smooth(ResultRing& ring, std::size_t pe
                                                 std::size_t age, bool at_rest) noexcept {
   const std::size_t end_age = beginning_of(ring, track_id, age) + 1;
   const std::span<trajectory::PathNode> path = nodes_.first(end_age - newest_of_point(ring, track_id, age));
+  const std::int64_t duration_ns =
+      ring.frame(end_age - path.size()).timestamp_ns - ring.frame(end_age - 1).timestamp_ns;
+  const std::int64_t interval_ns = duration_ns / std::max<std::int64_t>(static_cast<std::int64_t>(path.size()) - 1, 1);
   for (std::size_t i = 0; i < path.size(); ++i) {
     const BufferedFrame& kept = ring.frame(end_age - 1 - i);
     const ObjectResult& object = kept.find(track_id)->result;
     path[i] = {kept.timestamp_ns, object.T_world_obj, object.covariance, object.T_world_obj};
+    if (object.status != BodyStatus::kTracked) {
+      path[i].covariance *= samples_per_correlation_time(interval_ns);
+    }
   }
   const std::size_t finalised = end_age > pending ? end_age - pending : 0;
   smoother_.smooth(path, finalised, at_rest);

@@ -265,7 +265,9 @@ TEST_F(ObjectStateTest, WhatComesBackIsWhereItWasCoastingTo) {
   object_.report(back);
   EXPECT_NE(back.status, BodyStatus::kLost);
   EXPECT_NEAR(back.T_world_obj.translation.z(), reported_m.z() + 0.1 * (1 + unseen) * velocity_mps.z(), 0.1);
-  EXPECT_NEAR(back.T_world_obj.translation.x(), reported_m.x(), 0.1);
+  const double sigma_m = std::sqrt(back.covariance(3, 3));
+  EXPECT_NEAR(back.T_world_obj.translation.x(), reported_m.x(), sigma_m) << "one end says little about the whole";
+  EXPECT_LT(sigma_m, 1.2);
 }
 
 }  // namespace

@@ -23,8 +23,8 @@ Feature feature_at(float u, float v, float disparity_px, std::uint8_t label = kL
   return feature;
 }
 
-StereoObservation observe_features(std::vector<Feature> features, LabelView labels = {}) {
-  return observe_stereo({.frame_index = 0, .timestamp_ns = 0, .features = features}, labels, kLabel, kMinDisparity_px);
+StereoObservation observe_features(std::vector<Feature> features) {
+  return observe_stereo({.frame_index = 0, .timestamp_ns = 0, .features = features}, kLabel, kMinDisparity_px);
 }
 
 TEST(StereoObservation, SeesNothingInNothing) {
@@ -79,36 +79,6 @@ TEST(StereoObservation, TellsHowTheFeaturesMovedThatWereThereBefore) {
   EXPECT_EQ(observation.motion.features, 2) << "the third is new";
   EXPECT_EQ(observation.motion.now_px, Eigen::Vector2d(50.0, 160.0)) << "rows of the left image";
   EXPECT_EQ(observation.motion.before_px, Eigen::Vector2d(46.0, 162.0));
-}
-
-/// The object on the left, and another one from column 60 on with a disparity of 20 px.
-class StereoObservationBesideAnother : public ::testing::Test {
- protected:
-  static constexpr int kWidth = 100;
-  static constexpr int kHeight = 300;
-  static constexpr std::uint8_t kOther = kLabel + 1;
-
-  StereoObservationBesideAnother() {
-    for (std::size_t i = 0; i < labels_.size(); ++i) {
-      labels_[i] = i % kWidth < 60 ? kLabel : kOther;
-    }
-  }
-  [[nodiscard]] StereoObservation observe_beside(const Feature& feature) const {
-    return observe_features({feature, feature_at(80.F, 40.F, 19.F, kOther), feature_at(85.F, 45.F, 20.F, kOther),
-                             feature_at(90.F, 50.F, 21.F, kOther)},
-                            {labels_.data(), kWidth, kHeight, kWidth});
-  }
-  std::vector<std::uint8_t> labels_ = std::vector<std::uint8_t>(std::size_t{kWidth} * kHeight);
-};
-
-TEST_F(StereoObservationBesideAnother, LeavesOutWhatMayLieOnTheContourOfSomethingNearer) {
-  EXPECT_EQ(observe_beside(feature_at(54.F, 40.F, 16.F)).features, 0) << "an end of the other, or a blend of both";
-  EXPECT_EQ(observe_beside(feature_at(54.F, 40.F, 5.F)).features, 0);
-}
-
-TEST_F(StereoObservationBesideAnother, TakesWhatLiesWellInsideOrInFront) {
-  EXPECT_EQ(observe_beside(feature_at(40.F, 40.F, 16.F)).features, 1) << "far from the contour";
-  EXPECT_EQ(observe_beside(feature_at(54.F, 40.F, 30.F)).features, 1) << "nearer than the other";
 }
 
 TEST(StereoObservation, LooksAtNoMoreThan256Features) {

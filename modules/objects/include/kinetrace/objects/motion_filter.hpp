@@ -29,6 +29,12 @@ struct UncertainPose {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
+/// World axes.
+struct UncertainPosition {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
 /// Initial state of the filter.
 struct MotionStart {
   std::int64_t timestamp_ns = 0;
@@ -36,6 +42,7 @@ struct MotionStart {
   Vector6d velocity = Vector6d::Zero();                           ///< In the body's own axes (rad/s, m/s).
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< Of the linear velocity, world axes.
   double moving_probability = 0.5;                                ///< Probability of moving.
+  Eigen::Matrix3d part_covariance_m2 = Eigen::Matrix3d::Zero();   ///< See VisiblePart.
 };
 
 /// Two models of one object's motion and their probabilities. The object's pose is that of the more probable model; the
@@ -43,6 +50,12 @@ struct MotionStart {
 /// bit for bit.
 class MotionFilter {
  public:
+  static constexpr int kStates = 9;
+  /// Position (m), velocity (m/s), and displacement (m) of the visible part's centre from where it was when the filter
+  /// started; world axes. The displacement is a Gauss-Markov process: an error that stays from frame to frame.
+  using State = Eigen::Matrix<double, kStates, 1>;
+  using StateCovariance = Eigen::Matrix<double, kStates, kStates>;
+
   MotionFilter(const MotionNoise& noise, const StereoGeometry& geometry) : noise_(noise), geometry_(geometry) {}
 
   void reset() noexcept { initialised_ = false; }
@@ -61,22 +74,22 @@ class MotionFilter {
   bool update(const StereoPosition& measured, const Se3& T_world_cam) noexcept;
   bool update(const Bearing& measured, const Se3& T_world_cam) noexcept;
   bool update(const ImageMotion& measured, const Se3& T_world_cam) noexcept;
-  /// Whether `update` would accept it.
-  [[nodiscard]] bool accepts(const StereoPosition& measured, const Se3& T_world_cam) const noexcept;
   /// Log density of `measured`, per cubic pixel of (u_left, v, disparity), over both models by their probabilities.
-  /// `measured` refers to the nearest point of the object; the measured point is uniform over the object's volume
-  /// `body_volume_px3`. Nothing behind the camera.
-  [[nodiscard]] std::optional<double> log_likelihood(const StereoPosition& measured, double body_volume_px3,
+  /// Nothing behind the camera.
+  [[nodiscard]] std::optional<double> log_likelihood(const StereoPosition& measured,
                                                      const Se3& T_world_cam) const noexcept;
 
   /// Probability of moving.
   [[nodiscard]] double moving_probability() const noexcept { return model_[kMoving].probability; }
   [[nodiscard]] bool at_rest() const noexcept { return moving_probability() < 0.5; }
-  [[nodiscard]] const Se3& pose() const noexcept { return likelier().pose; }
-  [[nodiscard]] Eigen::Vector3d velocity_mps() const noexcept { return likelier().velocity_mps; }
-  [[nodiscard]] Matrix6d pose_covariance() const noexcept { return pose_covariance(likelier(), timestamp_ns_); }
-  /// Pose predicted without a measurement.
+  [[nodiscard]] Se3 pose() const noexcept { return model_[likelier()].pose(); }
+  [[nodiscard]] Eigen::Vector3d velocity_mps() const noexcept { return model_[likelier()].state.segment<3>(3); }
+  [[nodiscard]] Matrix6d pose_covariance() const noexcept { return pose_covariance(model_[likelier()], timestamp_ns_); }
+  // Predictions without a measurement.
+
   [[nodiscard]] UncertainPose predicted(std::int64_t timestamp_ns) const noexcept;
+  /// Centre of the visible part.
+  [[nodiscard]] UncertainPosition predicted_part(std::int64_t timestamp_ns, const VisiblePart& part) const noexcept;
 
  private:
   static constexpr std::size_t kStationary = 0;
@@ -84,14 +97,20 @@ class MotionFilter {
 
   struct Model {
     double probability = 0.5;
-    Se3 pose;
-    Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();  ///< World axes.
-    Matrix6d covariance = Matrix6d::Zero();                  ///< Of position and velocity.
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< World from object.
+    State state = State::Zero();
+    StateCovariance covariance = StateCovariance::Zero();
+
+    [[nodiscard]] Se3 pose() const noexcept { return {rotation, state.head<3>()}; }
   };
   using Models = std::array<Model, 2>;
 
-  [[nodiscard]] const Model& likelier() const noexcept { return model_[at_rest() ? kStationary : kMoving]; }
+  [[nodiscard]] std::size_t likelier() const noexcept { return at_rest() ? kStationary : kMoving; }
+  void set_part(const VisiblePart& part) noexcept;
   [[nodiscard]] Matrix6d pose_covariance(const Model& model, std::int64_t timestamp_ns) const noexcept;
+  [[nodiscard]] Models predicted_models(std::int64_t timestamp_ns) const noexcept;
+  /// `models`, where the visible part's centre may be as far from its place as `part` says.
+  [[nodiscard]] Models with_part(Models models, const VisiblePart& part) const noexcept;
   [[nodiscard]] Models mix(double interval_s) const noexcept;
   void propagate(Models& models, double interval_s) const noexcept;
   /// Updates each model, linearised about its own state.
@@ -100,7 +119,7 @@ class MotionFilter {
 
   /// `observation`: linearised about the model's state.
   template <typename Linearised, typename Observe>
-  static void correct(Model& model, Linearised observation, double noise_factor, const Observe& observed_at);
+  static void correct(Model& model, Linearised observation, const Observe& observed_at);
 
   MotionNoise noise_;
   StereoGeometry geometry_;
@@ -108,7 +127,8 @@ class MotionFilter {
   std::int64_t timestamp_ns_ = 0;
   double interval_s_ = 0.0;  ///< Of the last prediction.
   Models model_;
-  Eigen::Vector3d turn_rate_radps_ = Eigen::Vector3d::Zero();  ///< Body axes.
+  Eigen::Matrix3d part_covariance_m2_ = Eigen::Matrix3d::Zero();  ///< Stationary covariance of the displacement.
+  Eigen::Vector3d turn_rate_radps_ = Eigen::Vector3d::Zero();     ///< Body axes.
   Eigen::Matrix3d start_rotation_covariance_ = Eigen::Matrix3d::Zero();
   std::int64_t start_timestamp_ns_ = 0;
 };
