@@ -5,7 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "appearance_entry.hpp"
 #include "feature_follower.hpp"
 #include "feature_population.hpp"
 #include "feature_slot.hpp"
@@ -16,13 +15,6 @@
 namespace kinetrace::features {
 namespace {
 
-// Range of size ratios, now over then, in which a remembered point is recognisable. Above the third, the image is
-// compared at half its size, since the remembered patch lacks the detail.
-constexpr float kMinSizeRatio = 0.5F;
-constexpr float kMaxSizeRatio = 2.8F;
-constexpr float kHalvedFromRatio = 1.4F;
-constexpr AlignOptions kRecognise{
-    .max_iterations = 8, .converged_px = 0.03F, .max_shift_px = 4.F, .preferred_row = 0.F, .row_weight = 0.F};
 constexpr int kMinWidth = 64;
 constexpr int kMinHeight = 48;
 
@@ -73,9 +65,6 @@ struct FeatureFrontEnd::State {
   void count_matches(std::span<const std::uint16_t> in_slots) noexcept;
   /// Creates features, with their right matches.
   void create_features(LabelView labels, const PredictedMasks& predicted_masks) noexcept;
-  /// Correlation of the surroundings of a feature with a remembered patch; `at` moves to the best fit. 0: not similar.
-  [[nodiscard]] float appearance_similarity(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
-                                            Eigen::Vector2f& at) const noexcept;
   [[nodiscard]] FeatureFrame publish() noexcept;
 };
 
@@ -188,56 +177,6 @@ void FeatureFrontEnd::reject(std::span<const std::uint16_t> slots) noexcept {
 
 void FeatureFrontEnd::limit(double part) noexcept {
   state_->population.limit(part);
-}
-
-void FeatureFrontEnd::remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept {
-  ++memory.notes_;
-  for (const KnownPoint& point : points) {
-    const FeatureSlot& slot = state_->slots[point.slot];
-    if (slot.state != SlotState::kAlive || !slot.feature.has_right()) {
-      continue;
-    }
-    AppearanceMemory::Entry* const entry = memory.place_for(slot.feature.id);
-    if (entry == nullptr) {
-      return;
-    }
-    entry->feature_id = slot.feature.id;
-    entry->note = memory.notes_;
-    entry->p_body = point.p_body;
-    entry->disparity_px = slot.feature.disparity_px();
-    entry->own = slot.own;
-    entry->patch.take(state_->current().level(0), slot.feature.left_px.x(), slot.feature.left_px.y());
-  }
-}
-
-std::size_t FeatureFrontEnd::recognise(const AppearanceMemory& memory, std::span<const ExpectedObservation> expected,
-                                       const RecognitionGate& gate, std::uint8_t body,
-                                       std::span<RecognisedPoint> found) const noexcept {
-  const auto may_be = [&](const Feature& feature, std::size_t i) {
-    const float zoom = feature.disparity_px() / memory.entries_[i].disparity_px;
-    return zoom > kMinSizeRatio && zoom < kMaxSizeRatio &&
-           std::abs(feature.left_px.x() - expected[i].x()) <= gate.reach_px.x() &&
-           std::abs(feature.left_px.y() - expected[i].y()) <= gate.reach_px.y();
-  };
-  std::size_t count = 0;
-  for (const FeatureSlot& slot : state_->slots) {
-    const Feature& feature = slot.feature;
-    if (slot.state != SlotState::kAlive || feature.body != body || !feature.has_right() || count == found.size()) {
-      continue;
-    }
-    for (std::size_t i = 0; i < memory.size() && count < found.size(); ++i) {
-      Eigen::Vector2f at = feature.left_px;
-      if (may_be(feature, i) && state_->appearance_similarity(slot, memory.entries_[i], at) >= gate.min_similarity) {
-        found[count++] = {slot.feature.slot,
-                          static_cast<std::uint16_t>(i),
-                          memory.entries_[i].p_body,
-                          at,
-                          feature.v_px + at.y() - feature.left_px.y(),
-                          at.x() - feature.disparity_px()};
-      }
-    }
-  }
-  return count;
 }
 
 const FeatureCounters& FeatureFrontEnd::counters() const noexcept {
@@ -395,25 +334,6 @@ void FeatureFrontEnd::State::create_features(LabelView labels, const PredictedMa
     Feature& feature = slots[index].feature;
     feature.previous_v_px = feature.v_px;
   }
-}
-
-float FeatureFrontEnd::State::appearance_similarity(const FeatureSlot& slot, const AppearanceMemory::Entry& entry,
-                                                    Eigen::Vector2f& at) const noexcept {
-  const float size_ratio = slot.feature.disparity_px() / entry.disparity_px;
-  const int level = size_ratio > kHalvedFromRatio && current().levels() > 1 ? 1 : 0;
-  const float shrink = static_cast<float>(1 << level) / size_ratio;
-  const PatchWarp warp{shrink, 0.F, 0.F, shrink};
-  const Plane image = current().level(level);
-  at = {to_level(slot.feature.left_px.x(), level), to_level(slot.feature.left_px.y(), level)};
-  PatchTemplate patch;
-  if (!kernels().patch_template.sample_warped(entry.patch.plane(), entry.patch.x(), entry.patch.y(), warp, entry.own,
-                                              &patch) ||
-      !kernels().patch.align(image, patch, kRecognise, &at.x(), &at.y())) {
-    return 0.F;
-  }
-  const float correlation = kernels().patch.fit(image, patch, at.x(), at.y()).correlation;
-  at = {from_level(at.x(), level), from_level(at.y(), level)};
-  return correlation;
 }
 
 FeatureFrame FeatureFrontEnd::State::publish() noexcept {

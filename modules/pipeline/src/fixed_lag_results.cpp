@@ -40,9 +40,6 @@ void FixedLagResults::push(const RectifiedPair& pair, std::span<const ObjectStat
       object.report(entry.result);
       entry.change = object.frame_change();
       entry.drift_covariance = object.drift_covariance();
-      if (object.correction()) {
-        TrajectoryBuffer::correct(ring_, pending_, object.track().id, *object.correction());
-      }
     }
   }
 }

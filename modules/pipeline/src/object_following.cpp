@@ -156,8 +156,6 @@ void ObjectState::restart_at_observation(const StereoObservation& observation, c
                               camera.T_world_cam);
   identity_.frame_fixed = identity_.reconstructed = false;
   identity_.area_m2 = identity_.width_m = 0.0;
-  life_.pose_ambiguous = false;
-  recogniser_.clear();
   motion_.reset();
   box_.reset();
   frame_.change = FrameChange::kReplaced;

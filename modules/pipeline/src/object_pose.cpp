@@ -1,23 +1,17 @@
-// The part of ObjectState that locates, recognises and restarts its reconstruction.
+// The part of ObjectState that locates and restarts its reconstruction.
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
 
-#include "kinetrace/trajectory/composition.hpp"
 #include "object_state.hpp"
 
 namespace kinetrace::pipeline {
 namespace {
 
-// Standard deviations of the predicted pose on return, after any gap: the object keeps its motion and turns little.
-constexpr double kReturnRotationSigma_rad = 0.05;
-constexpr double kReturnPositionSigma_m = 0.27;
 constexpr double kPoseGate = 36.0;            // Chi-square with six degrees of freedom.
 constexpr double kMaxOutsideBox_m = 2.0;      // A point outside the box by more than this,
 constexpr double kMaxOutsideBoxSigmas = 4.0;  // plus this many of stereo depth, is on another object.
-constexpr std::int64_t kMaxAmbiguous_ns = 1'500'000'000;
 
 }  // namespace
 
@@ -70,24 +64,7 @@ bool ObjectState::passes_innovation_gate(const sfm::BodyReconstruction::Expectat
   return innovation.dot(innovation_covariance.ldlt().solve(innovation)) <= kPoseGate;
 }
 
-bool ObjectState::recognise(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
-  const PosePrior prior{.T_obj_cam = identity_.T_world_obj.inverse() * camera.T_world_cam,
-                        .rotation_sigma_rad = kReturnRotationSigma_rad,
-                        .position_sigma_m = kReturnPositionSigma_m};
-  const std::optional<Se3> found = recogniser_.recognise(prior, body_, life_.track.label(), front_end);
-  if (found) {
-    const Se3 T_obj_provisional_world = identity_.T_world_obj.inverse();
-    identity_.T_world_obj = (camera.T_world_cam * found->inverse()).orthonormalised();
-    if (life_.pose_ambiguous) {
-      frame_.correction = FrameCorrection{T_obj_provisional_world * identity_.T_world_obj, life_.ambiguous_frames};
-    }
-  }
-  life_.pose_ambiguous = !found;
-  return found.has_value();
-}
-
-void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera,
-                             const features::FeatureFrontEnd& front_end) {
+void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera) {
   if (identity_.frame_fixed &&
       is_observed_outside_box(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
     if (is_truncated_or_occluded() && !is_newly_matched()) {
@@ -100,56 +77,18 @@ void ObjectState::begin_body(const StereoObservation& observation, const CameraS
     life_.covariance = identity_.filter.pose_covariance();
     life_.status = BodyStatus::kStereoOnly;
   }
-  const bool is_frame_new = !identity_.frame_fixed;
-  bool is_recognised = false;
-  if (is_frame_new) {
+  if (identity_.frame_fixed) {
+    // It begins at the predicted pose: its frame is as uncertain on the object.
+    const Matrix6d axes = adjoint(Se3{identity_.T_world_obj.rotation.transpose(), Eigen::Vector3d::Zero()});
+    identity_.drift_covariance = drift_covariance() + axes * life_.covariance * axes.transpose();
+  } else {
     // The stereo position so far may be that of a neighbouring surface; the frame belongs on the object's points.
     frame_.change = std::max(frame_.change, FrameChange::kRefined);
     identity_.T_world_obj.translation = camera.T_world_cam * position_in_camera(geometry_, observation);
     identity_.to_origin_m.setZero();
-  } else if (recogniser_.has_enough_points() && !identity_.filter.at_rest()) {
-    // If restarted before recognition, it is still in the frame that was guessed first.
-    life_.ambiguous_frames = life_.pose_ambiguous ? life_.ambiguous_frames : 0;
-    life_.ambiguous_time.reset();
-    is_recognised = recognise(camera, front_end);
-    frame_.change = std::max(frame_.change, is_recognised ? FrameChange::kRefined : FrameChange::kNone);
-  }
-  identity_.drift_covariance = drift_covariance();
-  if (is_frame_new) {
     identity_.drift_covariance.setZero();
-    life_.guess_covariance.setZero();
-  } else if (is_recognised) {
-    withdraw_guess();
-  } else {
-    add_guess();
   }
   body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
-}
-
-void ObjectState::add_guess() {
-  const Matrix6d axes = adjoint(Se3{identity_.T_world_obj.rotation.transpose(), Eigen::Vector3d::Zero()});
-  const Matrix6d covariance = axes * life_.covariance * axes.transpose();
-  life_.guess_covariance += covariance;
-  identity_.drift_covariance += covariance;
-}
-
-void ObjectState::withdraw_guess() {
-  identity_.drift_covariance -= life_.guess_covariance;
-  life_.guess_covariance.setZero();
-}
-
-void ObjectState::resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end) {
-  identity_.T_world_obj = camera.T_world_cam * body_.estimate().T_body_cam.inverse();
-  if (recognise(camera, front_end)) {
-    withdraw_guess();
-    body_.begin(identity_.T_world_obj.inverse() * camera.T_world_cam, life_.status);
-    return;
-  }
-  life_.pose_ambiguous =
-      !life_.ambiguous_time.exceeds(kMaxAmbiguous_ns);  // Later its appearance differs too much: the guess stands.
-  if (!life_.pose_ambiguous) {
-    life_.guess_covariance.setZero();  // For good: points remembered from now on are in the guessed frame.
-  }
 }
 
 }  // namespace kinetrace::pipeline

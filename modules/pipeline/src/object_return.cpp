@@ -90,7 +90,6 @@ void ObjectState::continue_from(ObjectState& earlier) {
   life_.has_position = true;
   identity_ = earlier.identity_;
   identity_.drift_covariance = earlier.drift_covariance();
-  recogniser_.swap(earlier.recogniser_);
   std::swap(box_, earlier.box_);
 }
 

@@ -96,10 +96,9 @@ bool ObjectSet::may_be_lost_object(const Track& track, const CameraState& camera
   });
 }
 
-bool ObjectSet::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
-                        const features::FeatureFrontEnd& front_end) {
+bool ObjectSet::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera) {
   ObjectState& object = slots_[track.slot];
-  object.observe(track, frame, labels, camera, front_end);
+  object.observe(track, frame, labels, camera);
   return !object.identity_switched();
 }
 
@@ -119,14 +118,6 @@ void ObjectSet::conclude(std::span<const BodyRefinement> windows, const CameraSt
   for (ObjectState& object : slots_) {
     if (object.alive()) {
       object.conclude(object.reconstructing() ? windows[count++].summary : BundleSummary{}, camera, ground);
-    }
-  }
-}
-
-void ObjectSet::remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end) {
-  for (ObjectState& object : slots_) {
-    if (object.alive()) {
-      object.remember(frame, front_end);
     }
   }
 }

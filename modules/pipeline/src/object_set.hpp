@@ -58,8 +58,8 @@ class ObjectSet {
   /// Whether a track without a position may turn out to be an object that left the image.
   [[nodiscard]] bool may_be_lost_object(const Track& track, const CameraState& camera) const;
   /// Pose of this frame; false if the track has switched to another object.
-  [[nodiscard]] bool observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
-                             const features::FeatureFrontEnd& front_end);
+  [[nodiscard]] bool observe(const Track& track, const FeatureFrame& frame, LabelView labels,
+                             const CameraState& camera);
 
   // Then, for all of them:
 
@@ -67,8 +67,6 @@ class ObjectSet {
   [[nodiscard]] std::size_t list_windows(std::span<BodyRefinement> windows);
   /// `windows`: as listed, adjusted.
   void conclude(std::span<const BodyRefinement> windows, const CameraState& camera, const trajectory::Ground& ground);
-  /// Remembers the appearance of objects.
-  void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end);
   /// Frees the slots of objects that ended or continue in another slot, once their points have been reported.
   void release();
   /// No more frames.

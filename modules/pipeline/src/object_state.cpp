@@ -42,7 +42,6 @@ Result<ObjectState> ObjectState::create(const PipelineConfig& config, const Ster
 std::size_t ObjectState::required_bytes(const PipelineConfig& config) {
   return sfm::BodyReconstruction::required_bytes(config.object) + measure_bytes([&](Arena& arena) {
            trajectory::BoxEstimator(config.trajectory.size_table, StereoGeometry{}, arena);
-           ObjectRecogniser(StereoGeometry{}, arena);
          });
 }
 
@@ -62,8 +61,7 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
                                       geometry)),
       body_(std::move(body)),
       motion_(config.trajectory),
-      box_(config.trajectory.size_table, geometry, arena),
-      recogniser_(geometry, arena) {}
+      box_(config.trajectory.size_table, geometry, arena) {}
 
 void ObjectState::begin(const Track& track) {
   identity_.filter.reset();
@@ -75,7 +73,6 @@ void ObjectState::begin(const Track& track) {
   body_.reset();
   motion_.reset();
   box_.reset();
-  recogniser_.clear();
 }
 
 void ObjectState::set_dormant(const Track& track) noexcept {
@@ -230,10 +227,6 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   life_.timestamp_ns = timestamp_ns;
   motion_.set_disparity_sigma(camera.disparity_sigma_px);
   measure_visible_fraction(camera);
-  if (life_.pose_ambiguous) {
-    ++life_.ambiguous_frames;
-    life_.ambiguous_time.add_frame(frame_.interval_ns);
-  }
   if (track.missed_frames == 0) {
     life_.matched_run.add_frame(frame_.interval_ns);
     life_.matched_timestamp_ns = life_.timestamp_ns;
@@ -242,8 +235,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   }
 }
 
-void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
-                          const features::FeatureFrontEnd& front_end) {
+void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera) {
   begin_frame(track, frame.timestamp_ns, camera);
   const StereoObservation observation = observe_stereo(frame, labels, camera);
   frame_.observed_features = observation.features;
@@ -257,15 +249,12 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     life_.predicted.reset();
     identity_.reconstructed = true;
     identity_.frame_fixed = true;
-    if (life_.pose_ambiguous) {
-      resolve_pose(camera, front_end);
-    }
   } else {
     follow(observation, camera);
     if (!life_.identity_switched && is_rigid() && camera.valid && observation.features >= min_points_ &&
         !(is_mostly_occluded() && identity_.reconstructed)) {
       // Enough points for a reconstruction, but no known ones that fit.
-      begin_body(observation, camera, front_end);
+      begin_body(observation, camera);
     }
   }
   if (body_.active()) {

@@ -18,7 +18,6 @@
 #include "kinetrace/tracking/prediction.hpp"
 #include "kinetrace/trajectory/box_estimator.hpp"
 #include "kinetrace/trajectory/object_motion.hpp"
-#include "object_recogniser.hpp"
 #include "stereo_observation.hpp"
 #include "trajectory_buffer.hpp"
 
@@ -76,14 +75,7 @@ class ObjectState {
 
   /// Pose of this frame, and observations added to the window.
   /// `labels`: the masks of the left image, by track label.
-  void observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera,
-               const features::FeatureFrontEnd& front_end);
-  /// After conclude(): remembers the appearance of its points when due.
-  void remember(const FeatureFrame& frame, const features::FeatureFrontEnd& front_end) {
-    if (life_.status == BodyStatus::kTracked && !life_.pose_ambiguous) {
-      recogniser_.remember(body_, frame, life_.track.label(), front_end, frame_.interval_ns);
-    }
-  }
+  void observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera);
   /// After refinement: completes the newest estimate of this frame.
   void conclude(const BundleSummary& refinement, const CameraState& camera, const trajectory::Ground& ground);
   /// Writes the newest estimate into `result`.
@@ -111,8 +103,6 @@ class ObjectState {
   [[nodiscard]] Matrix6d drift_covariance() const {
     return identity_.drift_covariance + body_.estimate().drift_covariance;
   }
-  /// Made in this frame.
-  [[nodiscard]] const std::optional<FrameCorrection>& correction() const noexcept { return frame_.correction; }
   /// True while the body takes part in this frame's refinement.
   [[nodiscard]] bool reconstructing() const noexcept { return frame_.extended; }
 
@@ -121,7 +111,7 @@ class ObjectState {
   static constexpr std::int64_t kIdentityCertainAfter_ns = 400'000'000;
   static constexpr float kClearlyVisible = 0.6F;  ///< Where less is visible, the visible part may well be the occluder.
 
-  /// State that continues under another track when the object is re-identified, besides its box and its appearance.
+  /// State that continues under another track when the object is re-identified, besides its box.
   struct Identity {
     explicit Identity(const objects::MotionFilter& unstarted) : filter(unstarted) {}
 
@@ -155,15 +145,11 @@ class ObjectState {
     BodyStatus status = BodyStatus::kInitializing;
     int frames = 0;
     std::int64_t timestamp_ns = 0;
-    std::int64_t matched_timestamp_ns = 0;         ///< When a detection last showed it.
-    bool provisional = false;                      ///< Detected again after a gap, before stereo has confirmed it.
-    DwellTime matched_run;                         ///< Uninterrupted time of detections.
-    DwellTime predicted;                           ///< Uninterrupted time of prediction.
-    int rejections = 0;                            ///< Implausible stereo positions in a row.
-    bool pose_ambiguous = false;                   ///< Its frame was guessed on its return.
-    Matrix6d guess_covariance = Matrix6d::Zero();  ///< Part of Identity::drift_covariance due to the guess.
-    std::size_t ambiguous_frames = 0;  ///< Before this one, tracked or not: corrected once the frame is known.
-    DwellTime ambiguous_time;          ///< Since its reconstruction last began.
+    std::int64_t matched_timestamp_ns = 0;  ///< When a detection last showed it.
+    bool provisional = false;               ///< Detected again after a gap, before stereo has confirmed it.
+    DwellTime matched_run;                  ///< Uninterrupted time of detections.
+    DwellTime predicted;                    ///< Uninterrupted time of prediction.
+    int rejections = 0;                     ///< Implausible stereo positions in a row.
     Se3 T_obj_cam;
     Matrix6d covariance = Matrix6d::Zero();          ///< As ObjectResult::covariance.
     std::optional<Eigen::Vector3d> direction_world;  ///< From the camera, while it has no position.
@@ -173,8 +159,7 @@ class ObjectState {
   struct Frame {
     bool extended = false;
     FrameChange change = FrameChange::kNone;  ///< Of several, the greatest.
-    std::optional<FrameCorrection> correction;
-    int observed_features = 0;  ///< By stereo.
+    int observed_features = 0;                ///< By stereo.
     double area_before_m2 = 0.0;
     float visible_fraction = 1.F;
     std::int64_t interval_ns = kUsualInterval_ns;
@@ -227,17 +212,8 @@ class ObjectState {
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
   /// Whether the pose of the reconstruction is reachable from the predicted one (chi-square).
   [[nodiscard]] bool passes_innovation_gate(const sfm::BodyReconstruction::Expectation& expected) const;
-  /// Sets its pose by its remembered points; false if too few are recognised.
-  bool recognise(const CameraState& camera, const features::FeatureFrontEnd& front_end);
   /// (Re)starts the reconstruction at the object's current pose.
-  void begin_body(const StereoObservation& observation, const CameraState& camera,
-                  const features::FeatureFrontEnd& front_end);
-  /// The reconstruction begins at a guess: its frame is as uncertain as the object's current pose.
-  void add_guess();
-  /// The guesses since its frame was last known are confirmed or corrected.
-  void withdraw_guess();
-  /// Its frame was guessed on its return: recognises it, or lets the guess stand after some time.
-  void resolve_pose(const CameraState& camera, const features::FeatureFrontEnd& front_end);
+  void begin_body(const StereoObservation& observation, const CameraState& camera);
   void compose_newest(const CameraState& camera);
 
   // Pose without a reconstruction.
@@ -307,7 +283,6 @@ class ObjectState {
   sfm::BodyReconstruction body_;
   trajectory::ObjectMotion motion_;
   trajectory::BoxEstimator box_;
-  ObjectRecogniser recogniser_;
 };
 
 }  // namespace kinetrace::pipeline

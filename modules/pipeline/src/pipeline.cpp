@@ -75,7 +75,7 @@ struct Pipeline::Impl {
   /// Lists the slots of the tracks that `predicate` selects in scratch.slots.
   template <typename Predicate>
   void list_slots(const Predicate& predicate);
-  Status refine(const FeatureFrame& frame, StageObserver* observer);
+  Status refine(StageObserver* observer);
   void conclude(const RectifiedPair& pair, const TrackFrame& tracks, StageObserver* observer);
   /// State of this frame, with the uncertainty of the calibration.
   [[nodiscard]] CameraState camera_state() const;
@@ -176,7 +176,7 @@ Result<const FrameResult*> Pipeline::process(const RectifiedPair& given, StageOb
     return Unexpected(frame.error());
   }
   self.reconstruct(*frame, *tracks, observer);
-  if (const Status refined = self.refine(*frame, observer); !refined) {
+  if (const Status refined = self.refine(observer); !refined) {
     return Unexpected(refined.error());
   }
   self.rig.observe(*frame, self.camera, ego.is_cut);
@@ -283,7 +283,7 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
   camera.extend(frame);
   const CameraState now = camera_state();
   const auto observe = [&](std::uint8_t slot) {
-    return objects.observe(tracker.track_in(slot), frame, tracks.left_labels, now, front_end);
+    return objects.observe(tracker.track_in(slot), frame, tracks.left_labels, now);
   };
   list_slots([&](const Track& track) { return !objects.is_detected_without_position(track); });
   for (const std::uint8_t slot : scratch.slots) {
@@ -326,7 +326,7 @@ void Pipeline::Impl::list_slots(const Predicate& predicate) {
   }
 }
 
-Status Pipeline::Impl::refine(const FeatureFrame& frame, StageObserver* observer) {
+Status Pipeline::Impl::refine(StageObserver* observer) {
   const StageScope stage(observer, Stage::kRefine);
   const std::span<BodyRefinement> bodies =
       scratch.refinements.first(1 + objects.list_windows(scratch.refinements.subspan(1)));
@@ -340,7 +340,6 @@ Status Pipeline::Impl::refine(const FeatureFrame& frame, StageObserver* observer
     ground.update(camera.background().estimate().points, now.T_world_cam);
   }
   objects.conclude(bodies.subspan(1), now, ground.ground());
-  objects.remember(frame, front_end);
   return {};
 }
 

@@ -72,17 +72,4 @@ std::optional<PathEnd> TrajectoryBuffer::smooth(ResultRing& ring, std::size_t pe
   return PathEnd{path.back().smoothed, trajectory::body_velocity(path[path.size() - 2], path.back())};
 }
 
-void TrajectoryBuffer::correct(ResultRing& ring, std::size_t pending, std::uint32_t track_id,
-                               const FrameCorrection& correction) noexcept {
-  const Se3 T_known_provisional = correction.T_provisional_known.inverse();
-  const std::size_t end_age = std::min(correction.frames + 1, pending);
-  for (std::size_t age = 1; age < end_age; ++age) {
-    if (BufferedObject* const entry = ring.frame(age).find(track_id)) {
-      entry->result.T_obj_cam = T_known_provisional * entry->result.T_obj_cam;
-      const bool is_path_continued = age + 1 == end_age && end_age <= correction.frames;
-      entry->change = is_path_continued ? FrameChange::kReplaced : entry->change;
-    }
-  }
-}
-
 }  // namespace kinetrace::pipeline

@@ -16,12 +16,6 @@ namespace kinetrace::pipeline {
 /// A shorter path does not determine the motion.
 inline constexpr std::size_t kMinPathFrames = 4;
 
-/// Correction of an object's frame that was guessed when its reconstruction began.
-struct FrameCorrection {
-  Se3 T_provisional_known;
-  std::size_t frames = 0;  ///< Number before this one that were reported in the guessed frame.
-};
-
 /// Pose and velocity at the end of a smoothed path.
 struct PathEnd {
   Se3 T_world_obj;
@@ -43,11 +37,6 @@ class TrajectoryBuffer {
   /// the oldest. Returns the end of the newest part, once it is long enough.
   std::optional<PathEnd> smooth(ResultRing& ring, std::size_t pending, std::uint32_t track_id, std::size_t age,
                                 bool at_rest) noexcept;
-
-  /// Converts the last results of an object, except the newest, to the frame now known. Those older than `pending` have
-  /// been published, and stay.
-  static void correct(ResultRing& ring, std::size_t pending, std::uint32_t track_id,
-                      const FrameCorrection& correction) noexcept;
 
  private:
   trajectory::TrajectorySmoother smoother_;

@@ -13,9 +13,6 @@
 namespace kinetrace::sfm {
 namespace {
 
-// For a point observed from elsewhere before: both its position and its present match are inexact.
-constexpr double kRecognisedSigma_px = 1.0;
-
 // Fewer proven points do not decide on a pose.
 constexpr std::size_t kMinConsensus = 5;
 // When new points have to decide, all may lie on a moving object. Then the deviation from the body's predicted motion
@@ -239,20 +236,6 @@ PoseEstimate BodyReconstruction::find_pose(const ObservedPoints& observed, const
   pose.valid = pose.valid && pose.inliers >= config_.min_inliers && pose.agreeing_consensus >= enough &&
                (observed.is_proven || is_plausible(pose));
   return pose;
-}
-
-std::optional<Se3> BodyReconstruction::pose_from(std::span<const PoseObservation> observations,
-                                                 const Expectation& guess, int least) {
-  const std::size_t count = std::min(observations.size(), pose_inlier_.size());
-  const PoseEstimate pose = pose_estimator_.estimate(observations.first(count), prior_from(guess), kRecognisedSigma_px,
-                                                     pose_inlier_.first(count));
-  return pose.valid && pose.inliers >= least ? std::optional<Se3>(pose.T_cam_body.inverse()) : std::nullopt;
-}
-
-const Eigen::Vector3d* BodyReconstruction::place_of(const Feature& feature) const noexcept {
-  const std::size_t row = map_.find(feature);
-  return agreed(feature) && row != PointMap::kNone && map_.state(row).positioned ? &map_.point(row).position_m
-                                                                                 : nullptr;
 }
 
 void BodyReconstruction::learn_noise(std::span<const PoseObservation> observations, const Se3& T_cam_body) {

@@ -23,10 +23,7 @@ class ObjectSetTest : public ::testing::Test {
   ObjectSetTest()
       : config_(test::small_config()),
         geometry_(test::small_rig()),
-        arena_(ObjectSet::required_bytes(config_) +
-               features::FeatureFrontEnd::required_bytes(config_.features, geometry_.width_px, geometry_.height_px)),
-        front_end_(features::FeatureFrontEnd::create(config_.features, geometry_.width_px, geometry_.height_px, arena_)
-                       .value()),
+        arena_(ObjectSet::required_bytes(config_)),
         objects_(ObjectSet::create(config_, geometry_, arena_).value()) {
     camera_.valid = true;
     for (int frame = 0; frame < 3; ++frame) {
@@ -41,7 +38,7 @@ class ObjectSetTest : public ::testing::Test {
     const std::vector<Track> tracks{track};
     objects_.take_tracks({.left_labels = {}, .right_labels = {}, .tracks = tracks, .ended = {}});
     frame_.timestamp_ns += kFrame_ns;
-    EXPECT_TRUE(objects_.observe(track, frame_, {}, camera_, front_end_));
+    EXPECT_TRUE(objects_.observe(track, frame_, {}, camera_));
     objects_.conclude({}, camera_, {});
   }
   /// Number of lost objects re-identified in a frame with these tracks.
@@ -53,7 +50,6 @@ class ObjectSetTest : public ::testing::Test {
   PipelineConfig config_;
   StereoGeometry geometry_;
   Arena arena_;
-  features::FeatureFrontEnd front_end_;
   ObjectSet objects_;
   CameraState camera_;
   FeatureFrame frame_{};

@@ -15,19 +15,12 @@ namespace kinetrace::pipeline {
 inline constexpr std::uint8_t kSlot = 0;
 inline constexpr std::uint8_t kLabel = kSlot + 1;
 
-inline Arena arena_for(const PipelineConfig& config, const StereoGeometry& geometry) {
-  return Arena(2 * ObjectState::required_bytes(config) +
-               features::FeatureFrontEnd::required_bytes(config.features, geometry.width_px, geometry.height_px));
-}
-
 class ObjectStateTest : public ::testing::Test {
  protected:
   ObjectStateTest()
       : config_(test::small_config()),
         geometry_(test::small_rig()),
-        arena_(arena_for(config_, geometry_)),
-        front_end_(features::FeatureFrontEnd::create(config_.features, geometry_.width_px, geometry_.height_px, arena_)
-                       .value()),
+        arena_(2 * ObjectState::required_bytes(config_)),
         object_(ObjectState::create(config_, geometry_, arena_).value()),
         other_(ObjectState::create(config_, geometry_, arena_).value()) {
     camera_.valid = true;
@@ -46,7 +39,7 @@ class ObjectStateTest : public ::testing::Test {
 
   void observe(ObjectState& object, const Track& seen, std::vector<Feature> features = {}) {
     time_ns_ += kFrame_ns;
-    object.observe(seen, {.frame_index = 0, .timestamp_ns = time_ns_, .features = features}, {}, camera_, front_end_);
+    object.observe(seen, {.frame_index = 0, .timestamp_ns = time_ns_, .features = features}, {}, camera_);
     object.conclude({}, camera_, {});
   }
 
@@ -129,7 +122,6 @@ class ObjectStateTest : public ::testing::Test {
   PipelineConfig config_;
   StereoGeometry geometry_;
   Arena arena_;
-  features::FeatureFrontEnd front_end_;
   ObjectState object_;
   ObjectState other_;
   CameraState camera_;

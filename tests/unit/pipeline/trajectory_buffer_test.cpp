@@ -100,28 +100,5 @@ TEST_F(TrajectoryBufferTest, ChangesNothingThatHasBeenPublished) {
   EXPECT_LT(off_m(kBegins - 1), off_m(1));
 }
 
-TEST_F(TrajectoryBufferTest, CorrectsFramesReportedInAGuessedFrame) {
-  tell(FrameChange::kNone, Eigen::Vector3d::Zero());
-  const Se3 T_provisional_known{so3_exp({0.0, 0.1, 0.0}), {0.2, 0.0, -0.1}};
-  TrajectoryBuffer::correct(ring_, kFrames, kTrack, {T_provisional_known, 3});
-  for (std::size_t frame = 0; frame < kFrames; ++frame) {
-    const bool predicted = frame + 1 < kFrames && frame + 4 >= kFrames;
-    const Se3 expected = predicted ? truth(frame) * T_provisional_known : truth(frame);
-    const Se3 off = reported(frame).T_obj_cam * expected;  // The camera stands at the world's origin.
-    EXPECT_LT(off.translation.norm() + so3_log(off.rotation).norm(), 1e-9) << frame;
-    EXPECT_EQ(ring_.frame(frame).find(kTrack)->change, FrameChange::kNone);
-  }
-}
-
-TEST_F(TrajectoryBufferTest, CutsThePathWhereGuessedFramesHaveBeenPublished) {
-  tell(FrameChange::kNone, Eigen::Vector3d::Zero());
-  TrajectoryBuffer::correct(ring_, 4, kTrack, {Se3{Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.0}}, 6});
-  for (std::size_t age = 0; age < kFrames; ++age) {
-    const bool oldest_corrected = age == 3;
-    EXPECT_EQ(ring_.frame(age).find(kTrack)->change, oldest_corrected ? FrameChange::kReplaced : FrameChange::kNone);
-  }
-  EXPECT_EQ(reported(kFrames - 5).T_obj_cam.translation, truth(kFrames - 5).inverse().translation);
-}
-
 }  // namespace
 }  // namespace kinetrace::pipeline

@@ -13,7 +13,6 @@
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/rig_correction.hpp"
 #include "kinetrace/core/workers.hpp"
-#include "kinetrace/features/appearance_memory.hpp"
 #include "kinetrace/features/feature_config.hpp"
 
 namespace kinetrace::features {
@@ -102,17 +101,6 @@ class FeatureFrontEnd {
   /// From the next `replenish` on, limits each body to this part, in (0, 1], of its configured features. The youngest
   /// beyond it end.
   void limit(double part) noexcept;
-
-  /// Between `replenish` and the next `begin_frame`: adds these features, as they appear in this frame, to `memory`. At
-  /// its capacity those noted longest ago are replaced, then the last of `points` are dropped. Features that are dead
-  /// or without a right match are skipped.
-  void remember(std::span<const KnownPoint> points, AppearanceMemory& memory) const noexcept;
-  /// Compares each live feature of a body with the remembered points expected within the gate's reach of it, aligned
-  /// and at the scale given by its disparity: from half as large to 2.8 times. `expected[i]` belongs to point i. Writes
-  /// all similar pairs to `found`, by feature, at most as many as it holds, and returns how many. Many are outliers.
-  [[nodiscard]] std::size_t recognise(const AppearanceMemory& memory, std::span<const ExpectedObservation> expected,
-                                      const RecognitionGate& gate, std::uint8_t body,
-                                      std::span<RecognisedPoint> found) const noexcept;
 
   [[nodiscard]] const FeatureCounters& counters() const noexcept;
 

@@ -82,13 +82,6 @@ class BodyReconstruction {
   [[nodiscard]] BundleWindow window();
   const BodyEstimate& conclude(const BundleSummary& refinement);
 
-  /// Pose of this frame from recognised points of this body, near `guess`; nothing if fewer than `least` agree.
-  /// Neither uses nor changes the map.
-  [[nodiscard]] std::optional<Se3> pose_from(std::span<const PoseObservation> observations, const Expectation& guess,
-                                             int least);
-  /// Position of a feature that agrees with the reconstruction; null for any other.
-  [[nodiscard]] const Eigen::Vector3d* place_of(const Feature& feature) const noexcept;
-
   [[nodiscard]] const BodyEstimate& estimate() const noexcept { return estimate_; }
   /// Frames since begin() that the history still holds, at most `window_frames` + 1.
   [[nodiscard]] std::size_t history_size() const noexcept { return history_.size(); }
