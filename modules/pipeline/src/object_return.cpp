@@ -12,14 +12,11 @@ namespace {
 // Minimum gap of an object in plain sight: after a shorter one a detection was only missed, and a new track is another
 // object.
 constexpr std::int64_t kMissedInView_ns = 300'000'000;
-constexpr std::int64_t kMissedHidden_ns = 0;
 /// Density of new objects: one per frame in the well observed volume, 50 m x 50 m x 2 m.
 constexpr double kNewObjectsPer_m3 = 1.0 / 5000.0;
 // Standard deviation of a direction, from the nearest pixel of a mask, and its growth by the camera's motion.
 constexpr double kDirectionSigma_px = 2.0;
 constexpr double kDirectionDrift_pxps = 2.5;
-// Within this time an object that enters the image has a stereo position.
-constexpr std::int64_t kMaxReentryAge_ns = 600'000'000;
 
 /// From a point to the nearest pixel of a box.
 double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
@@ -38,7 +35,7 @@ bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed
 std::optional<double> ObjectState::position_evidence(const StereoObservation& observation, const Track& redetected,
                                                      const CameraState& camera) const {
   const bool is_hidden = !life_.in_view || is_mostly_occluded();
-  if (!life_.has_position || !is_reid_candidate(redetected, is_hidden ? kMissedHidden_ns : kMissedInView_ns)) {
+  if (!life_.has_position || !is_reid_candidate(redetected, is_hidden ? 0 : kMissedInView_ns)) {
     return std::nullopt;
   }
   const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
@@ -62,23 +59,6 @@ std::optional<double> ObjectState::bearing_evidence(const Track& redetected, con
   const double sigmas = gap_px(expected.point_px, redetected.box_px) / sigma_px;
   const double image_px2 = static_cast<double>(geometry_.width_px) * geometry_.height_px;
   return std::log(image_px2 / (2.0 * std::numbers::pi * sigma_px * sigma_px)) - 0.5 * sigmas * sigmas;
-}
-
-bool ObjectState::is_reentry_candidate(const Track& redetected, const CameraState& camera) const {
-  const PixelBox& box = redetected.box_px;
-  const bool at_border = box.touches_border(geometry_.width_px, geometry_.height_px);
-  if (!life_.has_position || !at_border || redetected.age_ns > kMaxReentryAge_ns ||
-      !is_reid_candidate(redetected, kMissedHidden_ns)) {
-    return false;
-  }
-  const Eigen::Vector3d p_cam = visible_center_in_camera_m(camera);
-  if (p_cam.z() <= 0.0) {
-    return false;
-  }
-  const Eigen::Vector2d expected_px = geometry_.project(p_cam).head<2>();
-  const bool outside = expected_px.x() < 0.0 || expected_px.x() >= geometry_.width_px || expected_px.y() < 0.0 ||
-                       expected_px.y() >= geometry_.height_px;
-  return outside && gap_px(expected_px, box) <= identity_.width_m * geometry_.fx_px / p_cam.z();
 }
 
 void ObjectState::continue_from(ObjectState& earlier) {

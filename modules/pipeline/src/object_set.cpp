@@ -90,12 +90,6 @@ std::span<const ReidentifiedObject> ObjectSet::reidentify(std::span<const Track>
   return reidentified_.span();
 }
 
-bool ObjectSet::may_be_lost_object(const Track& track, const CameraState& camera) const {
-  return !slots_[track.slot].has_position() && std::any_of(slots_.begin(), slots_.end(), [&](const ObjectState& lost) {
-    return lost.is_reentry_candidate(track, camera);
-  });
-}
-
 bool ObjectSet::observe(const Track& track, const FeatureFrame& frame, LabelView labels, const CameraState& camera) {
   ObjectState& object = slots_[track.slot];
   object.observe(track, frame, labels, camera);

@@ -55,8 +55,6 @@ class ObjectSet {
   /// observed. Valid until the next call.
   [[nodiscard]] std::span<const ReidentifiedObject> reidentify(std::span<const Track> tracks, const FeatureFrame& frame,
                                                                LabelView labels, const CameraState& camera);
-  /// Whether a track without a position may turn out to be an object that left the image.
-  [[nodiscard]] bool may_be_lost_object(const Track& track, const CameraState& camera) const;
   /// Pose of this frame; false if the track has switched to another object.
   [[nodiscard]] bool observe(const Track& track, const FeatureFrame& frame, LabelView labels,
                              const CameraState& camera);

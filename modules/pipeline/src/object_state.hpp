@@ -67,9 +67,6 @@ class ObjectState {
                                                         const CameraState& camera) const;
   /// The same for an object of which only the direction is known, by the mask of `redetected`.
   [[nodiscard]] std::optional<double> bearing_evidence(const Track& redetected, const CameraState& camera) const;
-  /// Whether `redetected`, without a stereo position yet, may be this object that re-enters at the image border: its
-  /// identity stays open for some frames, until stereo decides.
-  [[nodiscard]] bool is_reentry_candidate(const Track& redetected, const CameraState& camera) const;
   /// Re-identification: this slot's new track continues the identity and frame of `earlier`. Call before observe().
   void continue_from(ObjectState& earlier);
 

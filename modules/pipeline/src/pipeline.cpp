@@ -297,9 +297,6 @@ void Pipeline::Impl::reconstruct(const FeatureFrame& frame, const TrackFrame& tr
     results.move_slot(found.track_id, found.slot);
   }
   for (const std::uint8_t slot : scratch.slots) {
-    if (objects.may_be_lost_object(tracker.track_in(slot), now)) {
-      tracker.defer_confirmation(slot);
-    }
     if (!observe(slot)) {
       tracker.terminate(slot);
     }

@@ -189,12 +189,6 @@ void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) 
   sort_published();
 }
 
-void StereoTracker::defer_confirmation(std::uint8_t slot) noexcept {
-  for (Track& track : published_) {
-    track.state = track.slot == slot ? TrackState::kTentative : track.state;
-  }
-}
-
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
   ++instance.matched_frames;
   instance.tentative_missed.reset();

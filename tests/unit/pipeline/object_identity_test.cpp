@@ -75,39 +75,6 @@ TEST_F(ObjectStateTest, IsNotTrackedWhereMostOfItIsNotSeen) {
   EXPECT_NEAR(reported.T_world_obj.translation.z(), 7.0, 0.5);
 }
 
-TEST_F(ObjectStateTest, MayComeBackOverTheBorderThatItLeftBy) {
-  const std::vector<Feature> features = front({0.3, 0.2, 6.0});
-  object_.begin(track(box_of(features)));
-  for (int frame = 0; frame < 12; ++frame) {
-    observe(object_, track(box_of(features)), features);
-  }
-  const int width = geometry_.width_px;
-  const int row = geometry_.height_px / 2;
-  const PixelBox at_left{0, row - 10, 5, row + 10};
-  const PixelBox at_right{width - 5, row - 10, width, row + 10};
-  const double half_view_rad = std::atan(0.5 * width / geometry_.fx_px);
-  // The camera turns to the right, so that the object leaves by the left.
-  camera_.T_world_cam.rotation = so3_exp({0.0, 0.1 + half_view_rad, 0.0});
-  observe(object_, track({}, 1));
-  EXPECT_TRUE(object_.is_reentry_candidate(redetected(at_left), camera_));
-  EXPECT_FALSE(object_.is_reentry_candidate(redetected(at_left, kPedestrianClass), camera_));
-  EXPECT_FALSE(object_.is_reentry_candidate(redetected(at_right), camera_));
-  EXPECT_FALSE(object_.is_reentry_candidate(redetected({3, row - 10, 8, row + 10}), camera_)) << "not at the border";
-  Track seen_before = redetected(at_left);
-  seen_before.age_frames = 1;
-  EXPECT_FALSE(object_.is_reentry_candidate(seen_before, camera_)) << "beside it, when it was still seen";
-  for (int missed = 2; missed < 12; ++missed) {
-    observe(object_, track({}, missed));
-  }
-  EXPECT_TRUE(object_.is_reentry_candidate(seen_before, camera_));
-  Track for_long = redetected(at_left);
-  for_long.age_frames = 6;
-  for_long.age_ns = 6 * kFrame_ns + kFrame_ns / 2;
-  EXPECT_FALSE(object_.is_reentry_candidate(for_long, camera_)) << "stereo would have seen it";
-  camera_.T_world_cam.rotation.setIdentity();
-  EXPECT_FALSE(object_.is_reentry_candidate(redetected(at_left), camera_)) << "expected in the image";
-}
-
 TEST_F(ObjectStateTest, IsWhatIsSeenWithinReachOfItsPredictedBody) {
   const Eigen::Vector3d center_m(0.3, 0.2, 6.0);
   const std::vector<Feature> features = front(center_m);

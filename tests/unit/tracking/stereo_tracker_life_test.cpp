@@ -339,20 +339,6 @@ TEST(StereoTracker, EndsATerminatedTrackWithTheNextFrame) {
   EXPECT_EQ(frame.tracks[0].id, 2U);
 }
 
-TEST(StereoTracker, ReportsADeferredTrackAsTentativeInThatFrameOnly) {
-  TrackerScene scene;
-  const Shape other = shifted(kCar, 300.0);
-  for (int i = 0; i < 3; ++i) {
-    scene.step(std::array{kCar, other});
-  }
-  scene.tracker().defer_confirmation(scene.frame().tracks[1].slot);
-  EXPECT_EQ(scene.frame().tracks[0].state, TrackState::kConfirmed);
-  EXPECT_EQ(scene.frame().tracks[1].state, TrackState::kTentative);
-  const TrackFrame& frame = scene.step(std::array{kCar, other});
-  EXPECT_EQ(frame.tracks[1].state, TrackState::kConfirmed);
-  EXPECT_EQ(scene.tracker().counters().confirmed, 2U) << "once each";
-}
-
 /// Seen, missed, and detected again.
 Track returns_after_a_break(TrackerScene& scene) {
   for (int i = 0; i < 3; ++i) {

@@ -56,9 +56,6 @@ class RandomScene {
           break;
         }
       }
-      if (chance(0.1) && i < tracker().tracks().size()) {
-        tracker().defer_confirmation(tracker().tracks()[i].slot);
-      }
       if (chance(0.02)) {
         tracker().terminate(redetected.slot);
       }

@@ -68,7 +68,8 @@ class MotionFilter {
   void predict(std::int64_t timestamp_ns) noexcept;
 
   // Updates at the time of the last `predict` or `start` (iterated extended Kalman filter). An invalid measurement, or
-  // one outside the gates of both models (chi-square, 99.9 %; none for bearings), changes nothing and returns false.
+  // one outside the gates of both models (chi-square, 99.9 %; none for bearings), leaves pose and velocity as they are
+  // and returns false.
   // The measurement noise is that of image coordinates, so the uncertainty of depth grows with its square.
 
   bool update(const StereoPosition& measured, const Se3& T_world_cam) noexcept;

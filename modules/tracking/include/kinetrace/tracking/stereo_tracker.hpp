@@ -99,10 +99,7 @@ class StereoTracker {
   /// nothing, and without any change, if none is free.
   [[nodiscard]] std::optional<std::uint8_t> split_track(std::uint8_t slot, const Track& before) noexcept;
 
-  /// The track in this slot may yet be re-identified as an earlier one: reports it as tentative in this frame.
-  void defer_confirmation(std::uint8_t slot) noexcept;
-
-  /// Live tracks as of the last frame, with the merges, splits and deferrals since, in ascending id, each id once.
+  /// Live tracks as of the last frame, with the merges and splits since, in ascending id, each id once.
   [[nodiscard]] std::span<const Track> tracks() const noexcept { return published_.span(); }
   /// The track in this slot, which must have one.
   [[nodiscard]] const Track& track_in(std::uint8_t slot) const noexcept {
