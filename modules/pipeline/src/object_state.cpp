@@ -297,14 +297,14 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   Eigen::Matrix3d correlated_covariance = along_ray_m * along_ray_m.transpose();
   correlated_covariance.diagonal().array() +=
       kLateralCorrelatedError * kLateralCorrelatedError * along_ray_m.squaredNorm();
-  // A predicted pose continues the last motion: that is no evidence of a new mover either.
-  const bool is_measured = life_.status == BodyStatus::kTracked ||
-                           (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kMinMotionFeatures);
-  if (!identity_.has_moved && life_.status != BodyStatus::kTracked) {
-    correlated_covariance += life_.covariance.bottomRightCorner<3, 3>();
-    if (!is_measured) {
-      correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
-    }
+  if (identity_.has_moved || life_.status == BodyStatus::kTracked) {
+    return correlated_covariance;
+  }
+  // Evidence of a new mover: the visible part drifts over the object, and a predicted pose continues the last motion.
+  if (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kMinMotionFeatures) {
+    correlated_covariance += extent_covariance(depth_m);
+  } else {
+    correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
   }
   return correlated_covariance;
 }

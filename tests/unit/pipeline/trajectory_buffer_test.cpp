@@ -93,6 +93,23 @@ TEST_F(TrajectoryBufferTest, LearnsNothingFromBeforeTheReconstruction) {
   EXPECT_LT(off_m(kBegins), 1e-6);
 }
 
+TEST_F(TrajectoryBufferTest, PosesWithoutAReconstructionCountAsTheFewThatAreIndependent) {
+  const auto off_after = [&](BodyStatus at_first) {
+    while (ring_.size() > 0) {
+      ring_.pop_oldest();
+    }
+    tell(FrameChange::kNone, {0.4, 0.0, 0.0});
+    for (std::size_t frame = 0; frame < kFrames; ++frame) {
+      ObjectResult& result = ring_.frame(kFrames - 1 - frame).find(kTrack)->result;
+      result.status = frame < kBegins ? at_first : BodyStatus::kTracked;
+      result.covariance = frame < kBegins ? covariance(0.1, 0.2) : result.covariance;
+    }
+    smooth_all();
+    return off_m(0);
+  };
+  EXPECT_LT(off_after(BodyStatus::kStereoOnly), 0.5 * off_after(BodyStatus::kTracked));
+}
+
 TEST_F(TrajectoryBufferTest, ChangesNothingThatHasBeenPublished) {
   tell(FrameChange::kRefined, {0.8, 0.0, -0.8});
   smooth_all(kFrames - 2);
