@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "kinetrace/core/stereo_geometry.hpp"
+
 namespace kinetrace::pipeline {
 namespace {
 
