@@ -157,7 +157,11 @@ Action add_study(CLI::App& command) {
   const Action study_size = bind_options(object_size, add_options, study_object_size);
   CLI::App& limit = *command.add_subcommand("limit", "Errors of objects over the least that measurements allow");
   const Action study_limit = add_limit(limit);
-  return [&object_size, study_size, study_limit] { return object_size.parsed() ? study_size() : study_limit(); };
+  // The commands of the parser are gone when the action runs.
+  const auto chosen = std::make_shared<Action>();
+  object_size.callback([chosen, study_size] { *chosen = study_size; });
+  limit.callback([chosen, study_limit] { *chosen = study_limit; });
+  return [chosen] { return (*chosen)(); };
 }
 
 }  // namespace kinetrace::app
