@@ -162,7 +162,7 @@ function(kinetrace_test name)
   endif()
   if(KINETRACE_SANITIZED)
     target_compile_definitions(${name} PRIVATE KINETRACE_SANITIZED)
-    set(environment ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp")
+    set(environment ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/support/tsan.supp:die_after_fork=0")
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
     PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${kinetrace_test_timeout_s} RUN_SERIAL "${ARG_ALONE}" ${environment})

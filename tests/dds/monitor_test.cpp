@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "kinetrace/core/quantiles.hpp"
 #include "mcap_reader.hpp"
 #include "program.hpp"
 #include "publisher_fixture.hpp"
@@ -110,12 +111,12 @@ TEST_F(Monitor, PrintsOneObjectOfJsonPerMessage) {
   const ProgramResult result = monitor({"--json", "--seconds", "5"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   std::map<std::string, json> first;
-  double rate_hz = 0.0;
+  std::vector<double> rates_hz;
   for (const json& line : lines_of(result.out)) {
     EXPECT_EQ(line.at("device"), "front");
     first.emplace(line.at("topic"), line);
     if (line.at("topic") == "rates") {
-      rate_hz = std::max(rate_hz, line.at("camera_pose_hz").get<double>());
+      rates_hz.push_back(line.at("camera_pose_hz").get<double>());
     }
   }
   ASSERT_EQ(first.size(), 5U) << result.out.substr(0, 2000);
@@ -135,6 +136,9 @@ TEST_F(Monitor, PrintsOneObjectOfJsonPerMessage) {
   EXPECT_EQ(first["health"].at("state"), "degraded");
   EXPECT_EQ(first["health"].at("reasons").at(0).at("name"), "frames_lost");
   EXPECT_EQ(first["health"].at("counters").at("frames"), 0);
+  // On a busy machine messages come late and then several at once.
+  ASSERT_FALSE(rates_hz.empty());
+  const double rate_hz = median(rates_hz);
   EXPECT_GT(rate_hz, 5.0);
   EXPECT_LT(rate_hz, 60.0) << "50 are sent";
 }

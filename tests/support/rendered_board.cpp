@@ -56,7 +56,8 @@ BoardRenderer::BoardRenderer(const Target& target, const hal::CameraModel& camer
   print_.pixels.assign(static_cast<std::size_t>(print_.width_px) * static_cast<std::size_t>(print_.height_px), kWhite);
   covered_from_m_ = print_.origin_m.x();
   width_m_ = size_m.x();
-  for (const calibration::BlackRectangle& black : calibration::black_rectangles(target).value()) {
+  const auto rectangles = calibration::black_rectangles(target);
+  for (const calibration::BlackRectangle& black : rectangles.value()) {
     print_.fill(black.from_m, black.to_m, kBlack);
   }
   for (int y = 0; y <= camera.height_px; ++y) {
