@@ -12,7 +12,7 @@
 #include <ceres/normal_prior.h>
 
 #include "initial_guess.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "reprojection_cost.hpp"
 
 namespace kinetrace::calibration {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "lens.hpp"
 
 namespace kinetrace::calibration {

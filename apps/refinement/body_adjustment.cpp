@@ -6,7 +6,7 @@
 #include <span>
 #include <unordered_map>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::batch {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "gap_path.hpp"
 #include "kinetrace/core/detections.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::batch {
 namespace {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetrace/core/body_velocity.hpp"
 #include "object_rows.hpp"
 
 namespace kinetrace::batch {
@@ -13,9 +14,6 @@ using recording::ObjectRow;
 // As trajectory.smoothing_acceleration_mps2 and smoothing_turn_radps2.
 constexpr double kAcceleration_mps2 = 3.0;
 constexpr double kTurn_radps2 = 0.6;
-// Tolerated apparent speed at rest.
-constexpr double kRestSpeed_mps = 0.05;
-constexpr double kRestTurn_radps = 0.01;
 // As object.turn_rate_radps: a prior against the noisy rotation of short tracks with few points.
 constexpr double kUsualTurn_radps = 0.1;
 // Lower bound of the frame-to-frame sigma of stereo-only positions.
@@ -138,12 +136,13 @@ class PieceRefinement {
         add_measurement(k);
       }
     }
-    problem_.motion = refinement::BatchMotion{.T_world_cam = T_world_cam_,
-                                              .timestamps_ns = timestamps_ns_,
-                                              .at_rest = at_rest_,
-                                              .acceleration = of_turn_and_way(kTurn_radps2, kAcceleration_mps2),
-                                              .rest_velocity = of_turn_and_way(kRestTurn_radps, kRestSpeed_mps),
-                                              .turn_rate_radps = kUsualTurn_radps};
+    problem_.motion =
+        refinement::BatchMotion{.T_world_cam = T_world_cam_,
+                                .timestamps_ns = timestamps_ns_,
+                                .at_rest = at_rest_,
+                                .acceleration = of_turn_and_way(kTurn_radps2, kAcceleration_mps2),
+                                .rest_velocity = of_turn_and_way(kRestTurnSigma_radps, kRestSpeedSigma_mps),
+                                .turn_rate_radps = kUsualTurn_radps};
   }
 
   void add_measurement(std::size_t k) {

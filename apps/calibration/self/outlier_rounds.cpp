@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::self_calibration {
 namespace {

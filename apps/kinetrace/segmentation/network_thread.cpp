@@ -13,7 +13,7 @@
 #include "kinetrace/core/arena.hpp"
 #include "kinetrace/core/fixed_vector.hpp"
 #include "kinetrace/core/image_view.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "kinetrace/neural/instance_network.hpp"
 
 namespace kinetrace::app {

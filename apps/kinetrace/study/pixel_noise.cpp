@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "kinetrace/evaluation/matching.hpp"
 
 namespace kinetrace::app {

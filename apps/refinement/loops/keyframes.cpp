@@ -4,7 +4,7 @@
 #include <unordered_map>
 
 #include "../run_observations.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "pose_information.hpp"
 
 namespace kinetrace::batch {

@@ -1,6 +1,6 @@
 #include "capture/rate_meter.hpp"
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::hal {
 

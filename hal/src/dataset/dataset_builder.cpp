@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "dataset/image_files.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "kinetrace/imaging/image_info.hpp"
 #include "util/messages.hpp"
 #include "util/text_file.hpp"

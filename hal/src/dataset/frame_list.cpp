@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "util/messages.hpp"
 
 namespace kinetrace::hal {

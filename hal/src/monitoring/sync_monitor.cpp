@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kinetrace/core/config_check.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "monitoring/patch_matcher.hpp"
 
 namespace kinetrace::hal {

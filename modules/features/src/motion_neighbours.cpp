@@ -3,7 +3,7 @@
 #include <array>
 #include <span>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::features {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "alignment_search.hpp"
 #include "alignment_verdict.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "normal_equations.hpp"
 
 namespace kinetrace::geo {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::geo {
 namespace {

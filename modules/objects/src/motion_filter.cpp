@@ -11,7 +11,7 @@
 #include <Eigen/LU>
 
 #include "kinetrace/core/body_velocity.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::objects {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <span>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::pipeline {
 namespace {

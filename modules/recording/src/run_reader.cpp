@@ -11,7 +11,7 @@
 #include "folder_lock.hpp"
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/core/files.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "kinetrace/core/text_rows.hpp"
 #include "run_about.hpp"
 #include "run_folder.hpp"

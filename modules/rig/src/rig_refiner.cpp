@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "rig_filter.hpp"
 #include "two_view_calibration.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::segmentation {
 namespace {

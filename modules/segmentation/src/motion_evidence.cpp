@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "patch_similarity.hpp"
 #include "velocity_test.hpp"
 

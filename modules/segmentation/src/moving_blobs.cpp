@@ -6,7 +6,7 @@
 
 #include <Eigen/LU>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "velocity_test.hpp"
 
 namespace kinetrace::segmentation {

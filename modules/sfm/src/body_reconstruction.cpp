@@ -72,7 +72,7 @@ BodyReconstruction::BodyReconstruction(const BodyConfig& config, const StereoGeo
       observations_(arena, as_size(config.max_points)),
       rejected_(arena, as_size(config.max_features)) {}
 
-void BodyReconstruction::begin(Se3 T_body_cam, BodyStatus status) {
+void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
   if (active_) {
     for (std::size_t row = 0; row < map_.size(); ++row) {
       retire(row);

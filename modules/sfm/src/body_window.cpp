@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "columns.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "kinetrace/sfm/body_reconstruction.hpp"
 
 namespace kinetrace::sfm {

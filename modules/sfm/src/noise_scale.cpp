@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::sfm {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::tracking {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "expectations.hpp"
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 namespace kinetrace::tracking {

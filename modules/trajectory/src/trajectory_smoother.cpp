@@ -19,8 +19,6 @@ constexpr double kHuber = 4.1;
 // Lower bounds of a pose's standard deviations: its covariance omits the correlated errors of the reconstruction.
 constexpr double kRotationFloor_rad = 5e-4;
 constexpr double kPositionFloor_m = 2e-3;
-// Standard deviation of the apparent turn rate of an object at rest.
-constexpr double kRestTurnSigma_radps = 0.01;
 constexpr double kMinStep_s = 1e-4;
 
 double seconds(const PathNode& from, const PathNode& to) {

@@ -4,7 +4,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 namespace kinetrace::trajectory {
 namespace {

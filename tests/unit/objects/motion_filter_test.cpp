@@ -219,7 +219,7 @@ TEST(MotionFilter, DoubtGrowsByTimeWhateverTheRate) {
   const auto sigma_after_a_second = [](int frames) {
     MotionFilter filter = started(moving_at({0.0, 0.0, 20.0}, {1.0, 0.0, -2.0}));
     for (int i = 1; i <= frames; ++i) {
-      filter.predict(i * (1'000'000'000 / frames));
+      filter.predict(i * (std::int64_t{1'000'000'000} / frames));
     }
     return std::sqrt(position_covariance(filter)(0, 0));
   };

@@ -10,8 +10,9 @@ namespace kinetrace {
 /// Correlation time of an acceleration: as white noise, its spectral density is its variance times this.
 inline constexpr double kAccelerationTime_s = 0.1;
 
-/// Standard deviation of the apparent velocity of an object at rest, in addition to its covariance.
+/// Standard deviations of the apparent velocity and turn rate of an object at rest, in addition to its covariance.
 inline constexpr double kRestSpeedSigma_mps = 0.05;
+inline constexpr double kRestTurnSigma_radps = 0.01;
 
 /// Ratio of the standard deviation of the change of velocity over `span_s` to that of the acceleration. It grows with
 /// the square root of time, so that the frame rate does not matter.

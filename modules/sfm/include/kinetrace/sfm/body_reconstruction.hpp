@@ -48,7 +48,7 @@ class BodyReconstruction {
   /// Restarts with the present frame, its camera at `T_body_cam`; extend() follows. `status` tells the quality of that
   /// pose: kTracked when known, kPropagated or kLost when only predicted. Points of an earlier life are retired with
   /// this frame.
-  void begin(Se3 T_body_cam, BodyStatus status = BodyStatus::kTracked);
+  void begin(const Se3& T_body_cam, BodyStatus status = BodyStatus::kTracked);
   [[nodiscard]] bool active() const noexcept { return active_; }
   /// Converts the window's measurements to a new correction of the rig.
   void remeasure(const RigChange& change) noexcept;

@@ -1,4 +1,4 @@
-#include "kinetrace/core/median.hpp"
+#include "kinetrace/core/quantiles.hpp"
 
 #include <array>
 #include <span>
