@@ -37,8 +37,8 @@ std::optional<std::string_view> nearest_name(std::string_view word, std::span<co
   // Fewer edits than letters: a name that shares no letter is no suggestion.
   std::size_t bound = std::min(std::max<std::size_t>(2, word.size() / 4) + 1, word.size());
   for (const std::string_view name : names) {
-    const std::size_t fewest = std::max(word.size(), name.size()) - std::min(word.size(), name.size());
-    if (fewest >= bound) {
+    const std::size_t fewest_edits = std::max(word.size(), name.size()) - std::min(word.size(), name.size());
+    if (fewest_edits >= bound) {
       continue;
     }
     if (const std::size_t distance = edit_distance(word, name); distance < bound) {
