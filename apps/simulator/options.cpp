@@ -148,6 +148,7 @@ app::Outcome<std::optional<Options>> parse_options(int argc, const char* const* 
   add_rig_errors(app, options.simulator.errors);
   app.add_flag("--quiet", options.quiet, "Prints nothing but errors");
   add_reference(app);
+  app::refuse_missing_values(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -48,6 +48,15 @@ class Evaluate : public ::testing::Test {
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return json::parse(result.out, nullptr, false);
   }
+  /// Replaces the run by what the program finds in the recording.
+  void play_recording() const {
+    const fs::path masks = world_->truth() / "masks";
+    const ProgramResult played =
+        run_kinetrace({"run", "--quiet", "--dataset", "kitti-raw:" + world_->recording().string(), "--segmentation",
+                       "masks:" + (masks / "detections_left").string() + "," + (masks / "detections_right").string(),
+                       "--out", run().string()});
+    ASSERT_EQ(played.exit_code, 0) << played.err;
+  }
   /// A copy of the truth that a test may damage.
   [[nodiscard]] fs::path copied_truth() const {
     fs::path copy = scratch_.path() / "truth";
@@ -298,17 +307,28 @@ TEST_F(Evaluate, RefusesTruthOfAnotherRecording) {
 }
 
 TEST_F(Evaluate, MeasuresARunOfTheRecording) {
-  const fs::path masks = world_->truth() / "masks";
-  const ProgramResult played =
-      run_kinetrace({"run", "--quiet", "--dataset", "kitti-raw:" + world_->recording().string(), "--segmentation",
-                     "masks:" + (masks / "detections_left").string() + "," + (masks / "detections_right").string(),
-                     "--out", run().string()});
-  ASSERT_EQ(played.exit_code, 0) << played.err;
+  play_recording();
+  EXPECT_THAT(evaluate(world_->truth()).err, IsEmpty());
   const json found = evaluation(world_->truth());
   EXPECT_EQ(found["camera"]["frames"], TruthRun::kFrames);
   EXPECT_GT(number(found, "/camera/ate/first/max"), 0.0);
   EXPECT_LT(number(found, "/camera/ate/first/max"), 0.5);
   EXPECT_GT(number(found, "/objects/matched_frames"), 0);
+}
+
+TEST_F(Evaluate, WarnsOfTruthBesideAnotherRecording) {
+  play_recording();
+  const fs::path other = scratch_.path() / "other";
+  fs::create_directory(other);
+  fs::copy(world_->truth(), other / "truth", fs::copy_options::recursive);
+  EXPECT_THAT(evaluate(other).err, IsEmpty());  // Copied without its recording.
+  fs::create_directory(other / "2026_01_01");
+  std::ofstream(other / "2026_01_01" / "calib_cam_to_cam.txt") << "S_00: 1 1\n";
+  for (const fs::path& truth : {other, other / "truth"}) {
+    const ProgramResult result = evaluate(truth);
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_THAT(result.err, HasSubstr(truth.string() + ": is the truth of " + other.string() + ", the run is of "));
+  }
 }
 
 }  // namespace

@@ -95,6 +95,13 @@ TEST(WrongWords, AnEmptyValueIsNotAnOptionLeftOut) {
   expect_refused({"summary", ""}, kUsage, "must not be empty");
 }
 
+TEST(WrongWords, AnOptionIsNotTheValueOfTheOneBefore) {
+  expect_refused({"config", "--config", "--board"}, kUsage, "--config: needs a value, --board is an option");
+  expect_refused(run_with({"--save-calibration", "--frames", "3"}), kUsage,
+                 "--save-calibration: needs a value, --frames is an option");
+  expect_refused({"summary", "--", "--run"}, kUsage, "--run is an option; a file of that name is ./--run");
+}
+
 TEST(WrongWords, AFileThatIsNotThereIsReportedByItsKind) {
   expect_refused({"record", "--camera", "nope.yaml", "--out", "y"}, kNoInput,
                  "nope.yaml: no such camera file; give one that says which devices");

@@ -42,9 +42,13 @@ std::string unknown_word(const std::string& word, const CLI::App& command, const
   return word + ": no such command" + (meant.empty() ? "; see " + name + " --help" : meant);
 }
 
-// Searches the innermost recognised command: the words before it were valid.
+// Searches the innermost recognised command: the words before it were valid. A value that is refused comes first: it
+// may be an option taken for a value, which leaves words over.
 std::string explained(const CLI::App& command, const std::string& name, const CLI::ParseError& error) {
-  for (const std::string& word : command.remaining()) {
+  const bool is_refused_value = dynamic_cast<const CLI::ValidationError*>(&error) != nullptr;
+  const std::vector<std::string> remaining = command.remaining();
+  if (!remaining.empty() && !is_refused_value) {
+    const std::string& word = remaining.front();
     return word.size() > 1 && word.front() == '-' ? unknown_option(word, command, name)
                                                   : unknown_word(word, command, name);
   }

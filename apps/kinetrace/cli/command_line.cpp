@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/command_errors.hpp"
+#include "cli/option_checks.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -52,16 +53,6 @@ calibration or truth, 66 input not found, 70 internal error, 73 run folder canno
 78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (what was computed is
 written).)";
 
-// An empty value usually comes from an unset variable of a script. It must not pass for an option that was not given.
-void refuse_empty_values(CLI::App& command) {
-  for (CLI::Option* option : command.get_options()) {
-    option->check([](const std::string& value) { return std::string(value.empty() ? "must not be empty" : ""); });
-  }
-  for (CLI::App* below : command.get_subcommands({})) {  // Groups of options too.
-    refuse_empty_values(*below);
-  }
-}
-
 }  // namespace
 
 Outcome<Action> parse_command_line(int argc, const char* const* argv) {
@@ -76,7 +67,7 @@ Outcome<Action> parse_command_line(int argc, const char* const* argv) {
     CLI::App& command = *program.add_subcommand(each.name, each.description);
     actions[&command] = each.add(command);
   }
-  refuse_empty_values(program);
+  refuse_missing_values(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

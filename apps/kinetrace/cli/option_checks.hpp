@@ -1,4 +1,4 @@
-// Limits of options. CLI11's own checks accept NaN and print the largest representable number.
+// Checks of options' values. CLI11's own checks accept NaN and print the largest representable number.
 #pragma once
 
 #include <cmath>
@@ -33,6 +33,22 @@ inline CLI::Validator number_within(double least, double most) {
     return value >= least && value <= most ? std::string() : "must be in " + within + ", got " + text;
   };
   return {problem, "FLOAT in " + limits.str(), "number"};
+}
+
+/// For all options of a command and of those below it. An empty value usually comes from an unset variable of a script
+/// and must not pass for an option that was not given; where a value is missing, CLI11 takes the next option for it.
+inline void refuse_missing_values(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    option->check([](const std::string& value) {
+      if (value.starts_with("--")) {
+        return "needs a value, " + value + " is an option; a file of that name is ./" + value;
+      }
+      return std::string(value.empty() ? "must not be empty" : "");
+    });
+  }
+  for (CLI::App* below : command.get_subcommands({})) {  // Groups of options too.
+    refuse_missing_values(*below);
+  }
 }
 
 }  // namespace kinetrace::app

@@ -120,6 +120,32 @@ std::optional<evaluation::Association> wanted_association(const std::string& nam
   return std::nullopt;
 }
 
+fs::path recording_path(const recording::Run& run) {
+  const fs::path path = run.dataset.substr(run.dataset.find(':') + 1);
+  return path.has_filename() ? path : path.parent_path();
+}
+
+// The simulator's truth lies beside its recording, and worlds of one scene look alike: the wrong one passes for a bad
+// run.
+std::string note_of_other_recording(const fs::path& truth, const recording::Run& run) {
+  std::error_code error;
+  const fs::path folder = fs::weakly_canonical(truth, error);
+  const fs::path beside = folder.filename() == "truth" ? folder.parent_path() : folder;
+  const fs::path recording = recording_path(run);
+  const bool is_its_recording =
+      std::find(recording.begin(), recording.end(), beside.filename()) != recording.end() || recording == ".";
+  const auto has_calibration = [](const fs::directory_entry& entry) {
+    std::error_code none;
+    return fs::is_regular_file(entry.path() / "calib_cam_to_cam.txt", none);
+  };
+  const bool holds_recording =
+      std::any_of(fs::directory_iterator(beside, error), fs::directory_iterator(), has_calibration);
+  return is_its_recording || !holds_recording || !run.dataset.starts_with("kitti-raw:")
+             ? ""
+             : truth.string() + ": is the truth of " + beside.string() + ", the run is of " + run.dataset +
+                   "; unless they are the same recording, all figures are wrong";
+}
+
 Result<Evaluation> evaluate(const EvaluateOptions& options, const recording::Run& run) {
   const Result<evaluation::TruthSource> source = truth_source(options, run);
   if (!source) {
@@ -137,6 +163,10 @@ Result<Evaluation> evaluate(const EvaluateOptions& options, const recording::Run
   Evaluation evaluation;
   evaluation.notes = run.notes;
   evaluation.notes.insert(evaluation.notes.end(), input->notes.begin(), input->notes.end());
+  if (const std::string note = note_of_other_recording(options.truth, run);
+      truth->format == evaluation::TruthFormat::kSimulator && !note.empty()) {
+    evaluation.notes.push_back(note);
+  }
   evaluation.run = run.directory.string();
   evaluation.truth = options.truth.string();
   evaluation.truth_format = to_string(truth->format);
@@ -182,11 +212,6 @@ Result<Evaluation> measure(const EvaluateOptions& options, const recording::Run&
     return Unexpected(written.error());
   }
   return evaluation;
-}
-
-fs::path recording_path(const recording::Run& run) {
-  const fs::path path = run.dataset.substr(run.dataset.find(':') + 1);
-  return path.has_filename() ? path : path.parent_path();
 }
 
 bool is_below(const fs::path& path, const fs::path& folder) {

@@ -58,6 +58,8 @@ TEST(Options, RefusesWhatItCannotDo) {
   };
   expect_usage(parse(std::array{"kinetrace-simulate", "street"}), "--out");
   expect_usage(parse(std::array{"kinetrace-simulate", "--out", "x"}), "SCENE");
+  expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", ""}), "--out: must not be empty");
+  expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "--quiet"}), "--out: needs a value");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--samples", "5"}), "--samples");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--frames", "0"}), "--frames");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--rate", "nan"}), "--rate: must be in");
