@@ -195,7 +195,7 @@ void CornerFinder::offer_row(const Search& search, int y, int count, std::size_t
     Corner& best = grid.best[band][bucket];
     if (row[x] >= (background ? background_threshold_ : object_threshold_) && row[x] > best.eigenvalue &&
         grid.taken[bucket] != body + 1 && !search.occupancy.near(static_cast<float>(x), static_cast<float>(y))) {
-      best = {row[x], static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), body};
+      best = {row[x], static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), body, row[x - 1] > row[x + 1]};
     }
   }
 }

@@ -147,8 +147,7 @@ std::span<const std::uint16_t> FeaturePopulation::create(const Plane& image, Lab
 
 void FeaturePopulation::create_one(FeatureSlot& slot, std::uint16_t index, const Corner& corner, const Plane& image,
                                    LabelView labels) noexcept {
-  // The patch spans an even number of columns: with a shift of half a pixel its samples are whole pixels.
-  const Eigen::Vector2f position(static_cast<float>(corner.x) + 0.5F, static_cast<float>(corner.y));
+  const Eigen::Vector2f position = corner.position_px();
   slot.state = SlotState::kAlive;
   slot.rejected = false;
   slot.from_reference = kNoWarp;
