@@ -19,7 +19,7 @@ namespace {
 /// Apparent drift of an object at rest in one second: errors of the camera's path and of the masks.
 constexpr double kRestDrift_m = 0.02;
 /// Mean dwell times: at rest, mostly parked, and moving, until a stop in traffic.
-constexpr std::array<double, 2> kDwell_s{200.0, 20.0};
+constexpr std::array kDwell_s{200.0, 20.0};
 /// A fitted velocity is that of the middle of its path, this long ago.
 constexpr double kVelocityLag_s = 0.3;
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
@@ -313,8 +313,8 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
   };
   // Measurements within the correlation time of their errors count once for the model probabilities.
   const double weight = std::min(interval_s_ / kErrorCorrelation_s, 1.0);
-  std::array<double, 2> log_density{};
-  std::array<bool, 2> passes_gate{};
+  std::array<double, std::tuple_size_v<Models>> log_density{};
+  std::array<bool, std::tuple_size_v<Models>> passes_gate{};
   for (std::size_t m = 0; m < model_.size(); ++m) {
     Model& model = model_[m];
     log_density[m] = -std::numeric_limits<double>::infinity();
@@ -330,10 +330,10 @@ bool MotionFilter::update_models(const Measurement& measured, const Se3& T_world
     }
     correct(model, *observation, observed_at);
   }
-  if (!passes_gate[kStationary] && !passes_gate[kMoving]) {
+  if (std::none_of(passes_gate.begin(), passes_gate.end(), [](bool passes) { return passes; })) {
     return false;
   }
-  const double best = std::max(log_density[0], log_density[1]);
+  const double best = *std::max_element(log_density.begin(), log_density.end());
   double sum = 0.0;
   for (std::size_t m = 0; m < model_.size(); ++m) {
     model_[m].probability =
@@ -375,7 +375,7 @@ bool MotionFilter::update(const ImageMotion& measured, const Se3& T_world_cam) n
 std::optional<double> MotionFilter::log_likelihood(const StereoPosition& measured,
                                                    const Se3& T_world_cam) const noexcept {
   const Models models = with_part(model_, measured.part);
-  std::array<double, 2> log_density{};
+  std::array<double, std::tuple_size_v<Models>> log_density{};
   log_density.fill(-std::numeric_limits<double>::infinity());
   for (std::size_t m = 0; m < models.size(); ++m) {
     const auto observation = observe(measured, noise_.stereo_sigma_px, geometry_, T_world_cam, models[m].state);
@@ -385,11 +385,15 @@ std::optional<double> MotionFilter::log_likelihood(const StereoPosition& measure
           std::log(models[m].probability) + innovation.log_density - 1.5 * std::log(2.0 * std::numbers::pi);
     }
   }
-  const double best = std::max(log_density[0], log_density[1]);
+  const double best = *std::max_element(log_density.begin(), log_density.end());
   if (!std::isfinite(best)) {
     return std::nullopt;
   }
-  return best + std::log(std::exp(log_density[0] - best) + std::exp(log_density[1] - best));
+  double sum = 0.0;
+  for (const double each : log_density) {
+    sum += std::exp(each - best);
+  }
+  return best + std::log(sum);
 }
 
 }  // namespace kinetrace::objects
