@@ -104,7 +104,7 @@ TEST(HardScenes, ATruckThatFillsTheViewDoesNotTakeTheCameraAlong) {
   const Sequence truck("object-fills-image", 60);
   // The truck moves 0.3 to 0.5 m from frame to frame, the camera 0.03 m; a dozen points are seen beside the truck.
   constexpr double kMax_m = 0.25;
-  constexpr double kMax_deg = 0.5;
+  constexpr double kMax_deg = 0.6;
   const Followed masked = truck->follow(truck->masked());
   // Of the 59 steps; the last ones depend on the processor's rounding.
   EXPECT_GE(camera_errors(masked).steps, 56) << "a mask leaves hardly a doubt";

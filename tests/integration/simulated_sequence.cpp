@@ -28,9 +28,9 @@ void expect_done(const Status& status) {
 }  // namespace
 
 SimulatedSequence::SimulatedSequence(const std::filesystem::path& folder, const std::string& scene, int frames,
-                                     int width_px, const simulator::RigErrors& errors)
+                                     int width_px, const simulator::RigErrors& errors, std::uint32_t seed)
     : folder_(folder) {
-  simulator::Scene made = simulator::make_scene(scene).value();
+  simulator::Scene made = simulator::make_scene(scene, seed).value();
   made.rig = simulator::resized(made.rig, width_px, std::nullopt);
   simulator::SimulatorSettings settings;
   settings.errors = errors;

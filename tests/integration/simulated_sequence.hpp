@@ -28,7 +28,7 @@ class SimulatedSequence {
  public:
   /// Renders `frames` of the scene into `folder`, with pictures `width_px` wide and masks as a network gives them.
   SimulatedSequence(const std::filesystem::path& folder, const std::string& scene, int frames, int width_px,
-                    const simulator::RigErrors& errors = {});
+                    const simulator::RigErrors& errors = {}, std::uint32_t seed = 1);
 
   /// Default settings, with these masks.
   [[nodiscard]] pipeline::PipelineConfig masked() const;
