@@ -41,7 +41,8 @@ inline void refuse_missing_values(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     option->check([](const std::string& value) {
       if (value.starts_with("--")) {
-        return "needs a value, " + value + " is an option; a file of that name is ./" + value;
+        std::string problem = "needs a value, ";
+        return problem.append(value).append(" is an option; a file of that name is ./").append(value);
       }
       return std::string(value.empty() ? "must not be empty" : "");
     });
