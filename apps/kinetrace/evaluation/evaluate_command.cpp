@@ -125,25 +125,31 @@ fs::path recording_path(const recording::Run& run) {
   return path.has_filename() ? path : path.parent_path();
 }
 
+/// Whether a folder holds a drive of KITTI raw, as the simulator writes it.
+bool holds_recording(const fs::path& folder) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (std::error_code none; fs::is_regular_file(entry->path() / "calib_cam_to_cam.txt", none)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 // The simulator's truth lies beside its recording, and worlds of one scene look alike: the wrong one passes for a bad
-// run.
+// run. Empty if nothing shows that it is another one's.
 std::string note_of_other_recording(const fs::path& truth, const recording::Run& run) {
   std::error_code error;
   const fs::path folder = fs::weakly_canonical(truth, error);
   const fs::path beside = folder.filename() == "truth" ? folder.parent_path() : folder;
   const fs::path recording = recording_path(run);
-  const bool is_its_recording =
-      std::find(recording.begin(), recording.end(), beside.filename()) != recording.end() || recording == ".";
-  const auto has_calibration = [](const fs::directory_entry& entry) {
-    std::error_code none;
-    return fs::is_regular_file(entry.path() / "calib_cam_to_cam.txt", none);
-  };
-  const bool holds_recording =
-      std::any_of(fs::directory_iterator(beside, error), fs::directory_iterator(), has_calibration);
-  return is_its_recording || !holds_recording || !run.dataset.starts_with("kitti-raw:")
-             ? ""
-             : truth.string() + ": is the truth of " + beside.string() + ", the run is of " + run.dataset +
-                   "; unless they are the same recording, all figures are wrong";
+  const bool has_its_name =
+      recording == "." || std::find(recording.begin(), recording.end(), beside.filename()) != recording.end();
+  if (!run.dataset.starts_with("kitti-raw:") || has_its_name || !holds_recording(beside)) {
+    return "";
+  }
+  return truth.string() + ": is the truth of " + beside.string() + ", the run is of " + run.dataset +
+         "; unless they are the same recording, all figures are wrong";
 }
 
 Result<Evaluation> evaluate(const EvaluateOptions& options, const recording::Run& run) {
