@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "box_extent.hpp"
 #include "kinetrace/tracking/track_instance.hpp"
 #include "kinetrace/trajectory/composition.hpp"
 
@@ -113,6 +114,11 @@ tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, co
     prediction.disparity_px = geometry_.disparity_px(part_z_m);
     prediction.disparity_sigma_px =
         prediction.disparity_px / part_z_m * std::sqrt(forward.dot(part.covariance * forward));
+  }
+  if (box_.known()) {
+    prediction.extent =
+        image_extent(box_.box_in_world(expected.T_world_obj), box_.sigma(),
+                     reference_covariance(expected.T_world_obj, expected.covariance), T_world_cam, geometry_);
   }
   return prediction;
 }

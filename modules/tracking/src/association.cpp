@@ -23,17 +23,59 @@ constexpr double kFailedPredictionSigma = 0.3;
 /// Log prior of features and prediction both being wrong, for an object detected in the previous frame.
 constexpr double kLogPredictionFailure = -3.0;
 
-BoxPrediction box_at(const PixelBox& box, const Eigen::Vector2d& shift_px) {
-  return {.low_px = Eigen::Vector2d(box.x0, box.y0) + shift_px, .high_px = Eigen::Vector2d(box.x1, box.y1) + shift_px};
-}
-
 /// The same position, known to about a pixel.
 BoxPrediction certain_box_at(const PixelBox& box, const Eigen::Vector2d& shift_px = Eigen::Vector2d::Zero()) {
-  BoxPrediction prediction = box_at(box, shift_px);
+  BoxPrediction prediction;
+  prediction.low_px = Eigen::Vector2d(box.x0, box.y0) + shift_px;
+  prediction.high_px = Eigen::Vector2d(box.x1, box.y1) + shift_px;
   const double size_px = (prediction.high_px - prediction.low_px).cwiseMax(1.0).prod();
   prediction.position_sigma_px.setConstant(kMinPositionSigma_px + kTrackedSigma * std::sqrt(size_px));
   prediction.size_sigma = kTrackedSigma;
   return prediction;
+}
+
+BoxPrediction box_at(const ImageExtent& extent, double occluded) {
+  return {.low_px = extent.low_px,
+          .high_px = extent.high_px,
+          .low_sigma_px = extent.low_sigma_px,
+          .high_sigma_px = extent.high_sigma_px,
+          .occluded = occluded};
+}
+
+bool is_inside(const ImageExtent& extent, int width_px, int height_px) {
+  return extent.low_px.minCoeff() >= 0.0 && extent.high_px.x() <= width_px && extent.high_px.y() <= height_px;
+}
+
+/// Size of a mask to which errors of its position are relative. The extent beyond the image border is unknown; the
+/// longer side of the prediction stands for it.
+Eigen::Vector2d reference_size_px(const BoxPrediction& mask, const PixelBox& last, int width_px, int height_px) {
+  const Eigen::Vector2d extent_px = (mask.high_px - mask.low_px).cwiseMax(1.0);
+  const double size_px = std::sqrt(extent_px.prod());
+  const bool is_cut_across = !last.empty() && (last.x0 <= 0 || last.x1 >= width_px);
+  const bool is_cut_along = !last.empty() && (last.y0 <= 0 || last.y1 >= height_px);
+  return {is_cut_across ? extent_px.maxCoeff() : size_px, is_cut_along ? extent_px.maxCoeff() : size_px};
+}
+
+/// The predicted mask. `missed_s`: since its last detection, until the previous frame.
+BoxPrediction mask_box(const TrackInstance& instance, double missed_s, int width_px, int height_px) {
+  BoxPrediction mask;
+  instance.mask.current_corners(mask.low_px, mask.high_px);
+  mask.low_px.array() += 0.5;  // from the centre of a pixel to its edge
+  mask.high_px.array() += 0.5;
+  const double unknown_fraction = kFeaturesToHalveSigma / (kFeaturesToHalveSigma + instance.feature_votes.total);
+  const double relative_sigma = kTrackedSigma + kPositionSigma * unknown_fraction + kPositionSigmaPerSecond * missed_s;
+  const Eigen::Vector2d size_px = reference_size_px(mask, instance.track.box_px, width_px, height_px);
+  mask.position_sigma_px = (relative_sigma * size_px).array() + kMinPositionSigma_px;
+  mask.size_sigma = kTrackedSigma + kPositionSigma * unknown_fraction;
+  return mask;
+}
+
+/// The same, where features or trajectory follow another object.
+BoxPrediction failed_prediction(BoxPrediction mask, const PixelBox& last, int width_px, int height_px) {
+  const Eigen::Vector2d size_px = reference_size_px(mask, last, width_px, height_px);
+  mask.position_sigma_px = (kFailedPredictionSigma * size_px).cwiseMax(mask.position_sigma_px);
+  mask.size_sigma = std::max(kFailedPredictionSigma, mask.size_sigma);
+  return mask;
 }
 
 /// Disparity of the object: predicted, or else last measured.
@@ -71,39 +113,23 @@ void StereoTracker::count_votes(LabelView detections, std::span<const Feature> f
 }
 
 double StereoTracker::position_evidence(const TrackInstance& instance, const Detection& detection) const noexcept {
-  BoxPrediction whole;
-  instance.mask.current_corners(whole.low_px, whole.high_px);
-  whole.low_px.array() += 0.5;  // from the centre of a pixel to its edge
-  whole.high_px.array() += 0.5;
-  const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
-  const double unknown_fraction = kFeaturesToHalveSigma / (kFeaturesToHalveSigma + instance.feature_votes.total);
-  const Eigen::Vector2d extent_px = (whole.high_px - whole.low_px).cwiseMax(1.0);
-  // The extent beyond the image border is unknown; the longer side of the prediction stands for it.
-  const PixelBox& box = instance.track.box_px;
-  Eigen::Vector2d size_px = Eigen::Vector2d::Constant(std::sqrt(extent_px.prod()));
-  if (!box.empty()) {
-    size_px.x() = box.x0 <= 0 || box.x1 >= width_px_ ? extent_px.maxCoeff() : size_px.x();
-    size_px.y() = box.y0 <= 0 || box.y1 >= height_px_ ? extent_px.maxCoeff() : size_px.y();
-  }
-  const double relative_sigma =
-      kTrackedSigma + kPositionSigma * unknown_fraction + kPositionSigmaPerSecond * std::max(missed_s, 0.0);
-  whole.position_sigma_px = (relative_sigma * size_px).array() + kMinPositionSigma_px;
-  whole.size_sigma = kTrackedSigma + kPositionSigma * unknown_fraction;
-  const double unoccluded =
-      instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
-  whole.occluded = 1.0 - unoccluded;
   const auto evidence_at = [&](const BoxPrediction& expected) {
     return box_evidence(expected, detection.box_px, width_px_, height_px_);
   };
-  BoxPrediction failed = whole;  // its features or its trajectory follow another object
-  failed.position_sigma_px = (kFailedPredictionSigma * size_px).cwiseMax(whole.position_sigma_px);
-  failed.size_sigma = std::max(kFailedPredictionSigma, whole.size_sigma);
-  double best = std::max(evidence_at(whole), kLogPredictionFailure + evidence_at(failed));
-  if (!is_unoccluded(instance) && !instance.overlap.box_px.empty()) {
-    BoxPrediction visible = box_at(instance.overlap.box_px, Eigen::Vector2d::Zero());
-    visible.position_sigma_px = whole.position_sigma_px;
-    visible.size_sigma = whole.size_sigma;
-    best = std::max(best, evidence_at(visible));
+  const double unoccluded =
+      instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
+  const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
+  BoxPrediction mask = mask_box(instance, std::max(missed_s, 0.0), width_px_, height_px_);
+  mask.occluded = 1.0 - unoccluded;
+  double best =
+      kLogPredictionFailure + evidence_at(failed_prediction(mask, instance.track.box_px, width_px_, height_px_));
+  // The mask lacks what the image border or an unknown occluder has hidden; the box has it.
+  const ImageExtent& extent = instance.prediction.extent;
+  if (extent.known) {
+    best = std::max(best, evidence_at(box_at(extent, mask.occluded)));
+  }
+  if (!extent.known || is_inside(extent, width_px_, height_px_)) {
+    best = std::max(best, evidence_at(mask));
   }
   if (instance.track.missed_frames == 0 && instance.track.age_frames > 0) {
     const ObjectPrediction& then = instance.previous_prediction;

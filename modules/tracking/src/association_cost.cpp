@@ -98,13 +98,13 @@ std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& d
     const auto axis = static_cast<int>(i / 2);
     const bool low = i % 2 == 0;
     const double extent_px = std::max(predicted.high_px[axis] - predicted.low_px[axis], 1.0);
-    const Edge edge{
-        .axis = axis,
-        .side = low ? -1.0 : 1.0,
-        .extent_px = extent_px,
-        .residual_px = at[i] - (low ? predicted.low_px : predicted.high_px)[axis],
-        .sigma_px = std::hypot(kEdgeSigma_px,
-                               (kEdgeSigma + kOccludedEdgeSigma * std::max(predicted.occluded, 0.0)) * extent_px)};
+    const double known_sigma_px = (low ? predicted.low_sigma_px : predicted.high_sigma_px)[axis];
+    const double outline_px = (kEdgeSigma + kOccludedEdgeSigma * std::max(predicted.occluded, 0.0)) * extent_px;
+    const Edge edge{.axis = axis,
+                    .side = low ? -1.0 : 1.0,
+                    .extent_px = extent_px,
+                    .residual_px = at[i] - (low ? predicted.low_px : predicted.high_px)[axis],
+                    .sigma_px = std::hypot(kEdgeSigma_px, known_sigma_px > 0.0 ? known_sigma_px : outline_px)};
     if (!at_border[i] || edge.outward_px() > 0.0) {
       edges[count++] = edge;
     }

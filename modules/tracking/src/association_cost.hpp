@@ -14,6 +14,9 @@ namespace kinetrace::tracking {
 struct BoxPrediction {
   Eigen::Vector2d low_px = Eigen::Vector2d::Zero();  ///< Edges as PixelBox has them; may lie outside the image.
   Eigen::Vector2d high_px = Eigen::Vector2d::Zero();
+  /// Of each side alone; 0: relative to the extent, as of a mask.
+  Eigen::Vector2d low_sigma_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d high_sigma_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d position_sigma_px = Eigen::Vector2d::Zero();  ///< Of the whole box, along each axis.
   double size_sigma = 0.0;                                      ///< Of its size, relative, common to both axes.
   double occluded = 0.0;                                        ///< Part of it that is expected to be occluded.

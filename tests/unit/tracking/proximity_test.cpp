@@ -108,8 +108,9 @@ TEST_F(BehindAVan, TheFirstBitMayComeOutBesideWhereItWasExpected) {
     van.x = x;
     van.half_height = 90.0;
     Shape expected = kParked;
-    expected.y += x > 270 ? 45.0 : 0.0;  // While occluded it is predicted to approach.
+    expected.y += x > 270 ? 45.0 : 0.0;  // While occluded it is predicted to approach, and known to be uncertain.
     scene_.object_predictions = {prediction_of(van), prediction_of(expected)};
+    scene_.object_predictions[1].extent = extent_of(expected, 30.0);
     scene_.step(std::array{kParked, van});
   }
   const Track* track = scene_.track_of(0);

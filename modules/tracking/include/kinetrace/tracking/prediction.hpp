@@ -5,6 +5,15 @@
 
 namespace kinetrace::tracking {
 
+/// Bounding rectangle of an object in the image, parts outside the image included; sides as PixelBox has them.
+struct ImageExtent {
+  bool known = false;
+  Eigen::Vector2d low_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d high_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d low_sigma_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d high_sigma_px = Eigen::Vector2d::Zero();
+};
+
 /// A fixed point of an object, projected into the left image of the current frame by the predicted poses of object and
 /// camera.
 struct ObjectPrediction {
@@ -15,6 +24,7 @@ struct ObjectPrediction {
   bool direction_only = false;
   double disparity_px = 0.0;  ///< Of the centre of its visible part; 0: not known.
   double disparity_sigma_px = 0.0;
+  ImageExtent extent = {};  ///< Of its box.
 };
 
 }  // namespace kinetrace::tracking

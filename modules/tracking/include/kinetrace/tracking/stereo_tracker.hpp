@@ -123,8 +123,8 @@ class StereoTracker {
   [[nodiscard]] static bool place_mask_by_prediction(TrackInstance& instance) noexcept;
   /// Outside the image or occluded by other tracks: no detection is expected.
   [[nodiscard]] bool is_out_of_view(const TrackInstance& instance) const noexcept;
-  /// False for a dormant track, and for an undetected one nearly outside the image: a detection there initiates a new
-  /// track.
+  /// False for a dormant track, and for an undetected one nearly outside the image of which only the mask is known: a
+  /// detection there initiates a new track.
   [[nodiscard]] bool is_assignable(const TrackInstance& instance) const noexcept;
   /// The features of an occluded track may lie on the occluder, which moves differently.
   [[nodiscard]] bool may_follow_occluder(const TrackInstance& instance) const noexcept;
@@ -148,8 +148,8 @@ class StereoTracker {
   /// `disparity_px`: of the detection, median over `samples` features.
   [[nodiscard]] double evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
                                 std::size_t samples) const noexcept;
-  /// Evidence of the detection's position: on the predicted mask, occluded parts included, or at the last observed
-  /// position.
+  /// Evidence of the detection's position: in the predicted extent of the object's box, on the predicted mask, occluded
+  /// parts included, or at the last observed position.
   [[nodiscard]] double position_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
   /// Part of the detection on the predicted mask of another track of its class, the largest.
   [[nodiscard]] double overlap_fraction_with_others(const TrackInstance& instance,

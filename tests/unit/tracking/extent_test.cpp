@@ -1,0 +1,47 @@
+// Association by the extent of an object's box, which its mask shows only in part.
+#include <array>
+
+#include "mask_scene.hpp"
+
+namespace kinetrace::tracking {
+namespace {
+
+Shape rectangle(int x0, int y0, int x1, int y1) {
+  return {.x = 0.5 * (x0 + x1 - 1),
+          .y = 0.5 * (y0 + y1 - 1),
+          .half_width = 0.5 * (x1 - x0 - 1),
+          .half_height = 0.5 * (y1 - y0 - 1)};
+}
+
+constexpr double kSigma_px = 6.0;
+
+/// Id of the track that is assigned the second of two consecutive detections, without features.
+std::uint32_t id_after(const Shape& before, const Shape& after, const ImageExtent& expected) {
+  TrackerScene scene({}, 0);
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{before});
+  }
+  ObjectPrediction prediction{.known = true, .point_px = {before.x, before.y}, .depth_m = 10.0};
+  prediction.extent = expected;
+  scene.object_predictions.assign(1, prediction);
+  scene.step(std::array{after});
+  return scene.track_of(0)->id;
+}
+
+TEST(Extent, KeepsTheTrackOfWhatAnUnknownOccluderReveals) {
+  const Shape rear = rectangle(280, 90, 320, 130);
+  const Shape whole = rectangle(280, 90, 380, 130);
+  EXPECT_EQ(id_after(rear, whole, extent_of(whole, kSigma_px)), 1U);
+  EXPECT_EQ(id_after(rear, whole, extent_of(rear, kSigma_px)), 2U);
+  EXPECT_EQ(id_after(rear, whole, {}), 2U) << "by its mask, the object ends at 320 px";
+}
+
+TEST(Extent, AnObjectThatHasLeftTheImageTakesNothingAtItsBorder) {
+  const Shape leaving = rectangle(0, 36, 96, 225);
+  const Shape entering = rectangle(0, 222, 116, 240);
+  EXPECT_EQ(id_after(leaving, entering, extent_of(rectangle(-900, 36, -10, 225), kSigma_px)), 2U);
+  EXPECT_EQ(id_after(leaving, entering, extent_of(rectangle(-900, 215, 120, 300), kSigma_px)), 1U);
+}
+
+}  // namespace
+}  // namespace kinetrace::tracking
