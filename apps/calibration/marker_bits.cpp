@@ -78,11 +78,12 @@ MarkerBits april_bits(int id, int border_bits) {
     const int margin = (family->total_width - family->width_at_border) / 2;
     const int side = family->width_at_border;
     const int more = border_bits - 1;
-    const auto width = static_cast<std::size_t>(side + 2 * more);
+    const auto more_bits = static_cast<std::size_t>(more);
+    const std::size_t width = static_cast<std::size_t>(side) + 2 * more_bits;
     bits.assign(width, std::vector<bool>(width, true));
     for (int y = 0; y < side; ++y) {
       for (int x = 0; x < side; ++x) {
-        bits[static_cast<std::size_t>(y + more)][static_cast<std::size_t>(x + more)] =
+        bits[static_cast<std::size_t>(y) + more_bits][static_cast<std::size_t>(x) + more_bits] =
             image->buf[(y + margin) * image->stride + x + margin] == 0;
       }
     }

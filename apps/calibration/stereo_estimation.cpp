@@ -108,6 +108,7 @@ class StereoProblem {
   void reject_outliers() {
     const std::vector<Residual> all = residuals();
     std::vector<double> sizes;
+    sizes.reserve(all.size());
     for (const Residual& residual : all) {
       sizes.push_back(residual.error_px.norm());
     }
@@ -119,6 +120,7 @@ class StereoProblem {
       ++(sizes[i] <= limit_px ? fit.good : fit.bad);
     }
     std::vector<bool> is_bad;
+    is_bad.reserve(fits.size());
     for (const auto& [left, right] : fits) {
       is_bad.push_back(left.is_bad() || right.is_bad());
     }
@@ -205,8 +207,8 @@ class StereoProblem {
   void build(ceres::Problem& problem, const Stage& stage) {
     moves_.assign(poses_.size(), Perturbation{});
     right_move_ = {};
-    ceres::LossFunction* loss = stage.loss_px > 0.0 ? new ceres::CauchyLoss(stage.loss_px) : nullptr;
     for (const Measurement& measured : measurements_) {
+      ceres::LossFunction* loss = stage.loss_px > 0.0 ? new ceres::CauchyLoss(stage.loss_px) : nullptr;
       const ReprojectionCost cost{model_.lens, measured.corner.px, point(measured), &poses_[measured.view],
                                   measured.is_left ? nullptr : &T_right_left_};
       if (measured.is_left) {

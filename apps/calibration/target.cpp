@@ -195,7 +195,7 @@ Eigen::Vector2d Target::extent_m() const {
 }
 
 std::string Target::description() const {
-  const std::string size = std::to_string(columns) + "x" + std::to_string(rows);
+  std::string size = std::to_string(columns) + "x" + std::to_string(rows);
   switch (kind) {
     case TargetKind::kChessboard: return "chessboard " + size + ", squares of " + metres(square_m);
     case TargetKind::kCharuco:
@@ -254,7 +254,8 @@ Target april_grid_target(int columns, int rows, double tag_m, double gap_ratio, 
   const double pitch_m = tag_m * (1.0 + gap_ratio);
   // Kalibr numbers tags from the bottom left one, row by row upwards.
   for (int id = 0; id < rows * columns; ++id) {
-    const Eigen::Vector3d corner((id % columns) * pitch_m, (rows - 1 - id / columns) * pitch_m, 0.0);
+    const int row = rows - 1 - id / columns;
+    const Eigen::Vector3d corner((id % columns) * pitch_m, row * pitch_m, 0.0);
     const Eigen::Vector3d right(tag_m, 0.0, 0.0);
     const Eigen::Vector3d down(0.0, tag_m, 0.0);
     const Marker marker{id, {corner, corner + right, corner + right + down, corner + down}};

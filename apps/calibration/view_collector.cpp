@@ -37,7 +37,8 @@ class Coverage {
       const int column = static_cast<int>(corner.px.x() * ViewCollector::kCellColumns / width_px_);
       const int row = static_cast<int>(corner.px.y() * ViewCollector::kCellRows / height_px_);
       if (column >= 0 && row >= 0 && column < ViewCollector::kCellColumns && row < ViewCollector::kCellRows) {
-        seen_[static_cast<std::size_t>(row * ViewCollector::kCellColumns + column)] = true;
+        const int cell = row * ViewCollector::kCellColumns + column;
+        seen_[static_cast<std::size_t>(cell)] = true;
       }
     }
   }
@@ -52,7 +53,8 @@ class Coverage {
     for (int i = 0; i < static_cast<int>(seen_.size()); ++i) {
       const int row = i / ViewCollector::kCellColumns * 3 / ViewCollector::kCellRows;
       const int column = i % ViewCollector::kCellColumns * 3 / ViewCollector::kCellColumns;
-      empty[static_cast<std::size_t>(3 * row + column)] += seen_[static_cast<std::size_t>(i)] ? 0 : 1;
+      const int ninth = 3 * row + column;
+      empty[static_cast<std::size_t>(ninth)] += seen_[static_cast<std::size_t>(i)] ? 0 : 1;
     }
     const auto most = std::max_element(empty.begin(), empty.end()) - empty.begin();
     return std::string(kRows[static_cast<std::size_t>(most / 3)]) + kColumns[static_cast<std::size_t>(most % 3)];
@@ -134,13 +136,13 @@ ViewCollector::ViewCollector(const Target& target, Lens lens, int width_px, int 
 
 Offer ViewCollector::offer(BoardView view) {
   const auto is_enough = [](const std::vector<Corner>& corners) { return corners.size() >= kMinCorners; };
+  const bool is_in_left = is_enough(view.left);
+  const bool is_in_right = is_enough(view.right);
+  const std::optional<Placement> placement = is_in_left && is_in_right ? placement_of(view) : std::nullopt;
   Offer result = Offer::kTaken;
-  std::optional<Placement> placement;
-  if (!is_enough(view.left) && !is_enough(view.right)) {
-    result = Offer::kNoTarget;
-  } else if (!is_enough(view.left) || !is_enough(view.right)) {
+  if (is_in_left != is_in_right) {
     result = Offer::kOneImageOnly;
-  } else if (placement = placement_of(view); !placement) {
+  } else if (!placement) {
     result = Offer::kNoTarget;
   } else if (views_.size() >= kMaxViews || !is_new(*placement)) {
     result = Offer::kSimilar;

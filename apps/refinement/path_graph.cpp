@@ -16,6 +16,7 @@ Matrix6d root_of(const Matrix6d& information) {
 std::vector<refinement::BatchStep> steps_of(const PathGraph& graph) {
   std::vector<refinement::BatchStep> steps;
   const std::vector<Se3>& T_world_cam = graph.T_world_cam;
+  steps.reserve(T_world_cam.size());
   for (std::uint32_t row = 1; row < T_world_cam.size(); ++row) {
     steps.push_back(
         {row - 1, row, T_world_cam[row - 1].inverse() * T_world_cam[row], root_of(graph.step_information[row])});
@@ -25,6 +26,7 @@ std::vector<refinement::BatchStep> steps_of(const PathGraph& graph) {
 
 std::vector<refinement::BatchStep> closing_steps(const std::vector<Loop>& loops) {
   std::vector<refinement::BatchStep> steps;
+  steps.reserve(loops.size());
   for (const Loop& loop : loops) {
     steps.push_back({static_cast<std::uint32_t>(loop.from_row), static_cast<std::uint32_t>(loop.to_row), loop.T_from_to,
                      root_of(loop.information)});

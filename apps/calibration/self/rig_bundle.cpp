@@ -37,7 +37,7 @@ class Blocks {
   }
 
   double* lens(std::size_t view) { return &values_[view * kLensSize]; }
-  double* mount() { return &values_[2 * kLensSize]; }
+  double* mount() { return lens(2); }  // after both lenses
   double* pose(std::size_t window, std::size_t frame) { return &values_[poses_[window] + 6 * frame]; }
   double* point(std::size_t window, std::size_t point) { return &values_[points_[window] + 3 * point]; }
 

@@ -52,6 +52,7 @@ Result<PooledPairs> pool_pairs(const FrameSource& source, const SelfCalibrationO
 /// Range of the first matches, with a margin on both sides.
 StereoSearch search_range(const ViewWarp& warp, const std::vector<PointPair>& inliers, int rows_px) {
   std::vector<double> disparities;
+  disparities.reserve(inliers.size());
   for (const PointPair& pair : inliers) {
     disparities.push_back((warp.to_warped(0, pair.left_px) - warp.to_warped(1, pair.right_px)).x());
   }

@@ -53,6 +53,7 @@ int exec_companion(const Companion& companion, std::vector<std::string> argument
   const std::filesystem::path program = program_folder() / companion.program;
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) {
     pointers.push_back(argument.data());
   }

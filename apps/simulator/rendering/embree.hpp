@@ -5,7 +5,11 @@
 #include <cstddef>
 #include <span>
 
-#include KINETRACE_EMBREE_HEADER  // Of the version that CMakeLists.txt has found.
+#if KINETRACE_EMBREE_VERSION >= 4  // As CMakeLists.txt has found.
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
 
 namespace kinetrace::simulator {
 
