@@ -46,8 +46,9 @@ struct TrackerCounters {
 ///
 /// Association: one assignment per frame (Kuhn-Munkres). Its weights are log-likelihood ratios: the detection belongs
 /// to the track, against a new object and a missed track (src/association_cost.hpp). Their terms are the edges of the
-/// detection given the predicted mask, with occluded and truncated edges censored; the share of the track's features on
-/// the detection; its disparity; its class; the probability of detection given the expected visible part; and the
+/// detection given the predicted mask or the predicted extent of the object's box, whichever makes them likelier, and
+/// beyond the image border the box alone, with occluded and truncated edges censored; the share of the track's features
+/// on the detection; its disparity; its class; the probability of detection given the expected visible part; and the
 /// probability that a detection on another track's mask is a fragment of that track. Pairs below zero are left out,
 /// which is the optimum of the assignment with births and misses (Bar-Shalom, Li 1995). Features and prediction may
 /// both be wrong: the last observed position is a further hypothesis, with a small prior.
