@@ -175,11 +175,12 @@ TEST(BoxEstimator, StandsOnTheGroundThatTheCameraLooksDownUpon) {
   EXPECT_GT(std::abs(box.rotation().col(0).dot(T_world_obj.rotation * scene.car.rotation().col(0))), 0.99);
 }
 
+// Over 60 cars a single one moves the mean by a tenth; over 240 it is the same on every processor.
 TEST(BoxEstimator, SigmasAreHonest) {
   double center = 0.0;
   double size = 0.0;
   double count = 0.0;
-  for (unsigned seed = 1; seed <= 60; ++seed) {
+  for (unsigned seed = 1; seed <= 240; ++seed) {
     CarScene scene;
     scene.random.seed(seed);
     scene.edge_px = 1.5;
