@@ -108,7 +108,7 @@ Result<Se3> read_pose(const ZedFile& file, const std::string& resolution) {
   const std::array<const char*, 6> keys{"rx", "cv", "rz", "baseline", "ty", "tz"};
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const std::string plain = std::string("stereo:") + keys[i];
-    const std::string own = plain + "_" + resolution;
+    const std::string own = concat(plain, "_", resolution);
     const bool may_lack = i == 4 || i == 5;
     const auto read = file.number_at(file.has(own) ? own : plain, may_lack ? std::optional(0.0) : std::nullopt);
     if (!read) {

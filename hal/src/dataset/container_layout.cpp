@@ -76,7 +76,7 @@ Status complete(Dataset& dataset, const ContainerHeader& header, const fs::path&
     return Unexpected(calibration.error());
   }
   dataset.calibration = std::move(*calibration);
-  if (const Status steps = check_steps(dataset); !steps) {
+  if (Status steps = check_steps(dataset); !steps) {
     return steps;
   }
   constexpr double kFallbackRate_hz = 10.0;

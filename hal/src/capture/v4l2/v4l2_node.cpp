@@ -54,6 +54,7 @@ std::vector<std::string> node_paths(const std::string& folder) {
   }
   std::sort(numbered.begin(), numbered.end());
   std::vector<std::string> paths;
+  paths.reserve(numbered.size());
   for (auto& [number, path] : numbered) {
     paths.push_back(std::move(path));
   }
@@ -62,6 +63,7 @@ std::vector<std::string> node_paths(const std::string& folder) {
 
 std::string choices(const std::vector<V4l2Node>& nodes) {
   std::vector<std::string> names;
+  names.reserve(nodes.size());
   for (const V4l2Node& node : nodes) {
     names.push_back(concat(node.path, " = ", node.bus_id, node.serial.empty() ? "" : " = ", node.serial));
   }
