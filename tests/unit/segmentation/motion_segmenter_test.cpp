@@ -109,7 +109,7 @@ TEST_P(MotionSegmenterFinds, AMovingCar) {
       sum.split_frames += finding.split_frames;
       sum.empty_frames += finding.empty_frames;
     }
-    EXPECT_GE(sum.in_time, 12) << "ego " << ego_mps;
+    EXPECT_GE(3 * sum.in_time, 2 * static_cast<int>(kSeeds)) << "ego " << ego_mps;
     EXPECT_LE(sum.split_frames, sum.frames / 12) << "ego " << ego_mps;
     EXPECT_LE(sum.empty_frames, sum.frames / 60) << "ego " << ego_mps;
   }
