@@ -62,6 +62,7 @@ struct Mover {
   double depth_m;
   int found_by_frame;
   std::size_t most_detections = 1;  ///< Without images, a barely visible object may be two regions at first.
+  int found_of_15_scenes = 14;      ///< At least.
 };
 
 /// A car's run in one scene, or the sum of several.
@@ -97,26 +98,25 @@ Finding follow(const Mover& mover, double ego_mps, std::uint32_t seed) {
 
 class MotionSegmenterFinds : public ::testing::TestWithParam<Mover> {};
 
-// In one scene the last bit of a float may decide, and processors differ in it: rates over many scenes do not.
+// In one scene the last bit of a float may decide, and processors differ in it; they differ little in rates over many.
 TEST_P(MotionSegmenterFinds, AMovingCar) {
-  constexpr std::uint32_t kSeeds = 15;
   for (const double ego_mps : {0.0, 5.0}) {
     Finding sum;
-    for (std::uint32_t seed = 1; seed <= kSeeds; ++seed) {
+    for (std::uint32_t seed = 1; seed <= 15; ++seed) {
       const Finding finding = follow(GetParam(), ego_mps, seed);
       sum.in_time += finding.in_time;
       sum.frames += finding.frames;
       sum.split_frames += finding.split_frames;
       sum.empty_frames += finding.empty_frames;
     }
-    EXPECT_GE(3 * sum.in_time, 2 * static_cast<int>(kSeeds)) << "ego " << ego_mps;
+    EXPECT_GE(sum.in_time, GetParam().found_of_15_scenes) << "ego " << ego_mps;
     EXPECT_LE(sum.split_frames, sum.frames / 12) << "ego " << ego_mps;
     EXPECT_LE(sum.empty_frames, sum.frames / 60) << "ego " << ego_mps;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Across, MotionSegmenterFinds,
-                         ::testing::Values(Mover{"Walking10m", {1, 0, 0}, 3.0, 10.0, 5},
+                         ::testing::Values(Mover{"Walking10m", {1, 0, 0}, 3.0, 10.0, 5, 1, 11},
                                            Mover{"Slow30m", {1, 0, 0}, 3.0, 30.0, 5},
                                            Mover{"Slow40m", {-1, 0, 0}, 3.0, 40.0, 5},
                                            Mover{"Town20m", {1, 0, 0}, 8.0, 20.0, 5},
@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(Along, MotionSegmenterFinds,
                                            Mover{"Oncoming40m", {0, 0, -1}, 15.0, 40.0, 5},
                                            Mover{"Leaving20m", {0, 0, 1}, 10.0, 20.0, 5},
                                            Mover{"SlowOncoming20m", {0, 0, -1}, 3.0, 20.0, 8},
-                                           Mover{"SlowOncoming30m", {0, 0, -1}, 3.0, 30.0, 12, 2}),
+                                           Mover{"SlowOncoming30m", {0, 0, -1}, 3.0, 30.0, 12, 2, 10}),
                          [](const auto& mover) { return std::string(mover.param.name); });
 
 TEST(MotionSegmenter, TellsTwoObjectsApart) {
