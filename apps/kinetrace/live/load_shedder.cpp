@@ -28,7 +28,8 @@ constexpr std::array<Level, LoadShedder::kLevels> kTable{{{kAll, 1.0, 1.0, std::
 bool LoadShedder::update(double processing_ms) noexcept {
   const int before = level_;
   late_ = processing_ms > deadline_ms_ ? late_ + 1.0 : std::max(0.0, late_ - 0.5);
-  fast_frames_ = processing_ms < kRecoveryLoad * deadline_ms_ ? fast_frames_ + 1 : 0;
+  fast_frames_ =
+      processing_ms < kRecoveryLoad * deadline_ms_ ? fast_frames_ + 1 : std::max(0, fast_frames_ - kSlowFrameCost);
   if (frames_since_return_) {
     ++*frames_since_return_;
   }

@@ -13,15 +13,17 @@ namespace kinetrace::app {
 /// are still missed, levels follow: refinement iterations, points (in two steps), objects (in two steps; unseen and
 /// small ones end first, see StereoTracker).
 ///
-/// A late frame adds 1 to a count, a frame in time subtracts 0.5; at `kMaxLateFrames` the next level begins. After
-/// `kRecoveryFrames` consecutive frames below `kRecoveryLoad` of the deadline, one level is taken back. If it is needed
-/// again within `kRecoveryFrames`, the wait before the next return doubles, up to 16 times.
+/// A late frame adds 1 to a count, a frame in time subtracts 0.5; at `kMaxLateFrames` the next level begins. A fast
+/// frame, below `kRecoveryLoad` of the deadline, adds 1 to a second count, any other subtracts `kSlowFrameCost`: at
+/// `kRecoveryFrames` one level is taken back, as long as fewer than one frame in eleven is slow. If it is needed again
+/// within `kRecoveryFrames`, the count required for the next return doubles, up to 16 times.
 class LoadShedder {
  public:
   static constexpr int kLevels = 6;
   static constexpr double kMaxLateFrames = 8.0;
   static constexpr int kRecoveryFrames = 60;
   static constexpr double kRecoveryLoad = 0.6;
+  static constexpr int kSlowFrameCost = 10;  ///< In fast frames. Other work on the machine delays single frames.
 
   LoadShedder(double deadline_ms, int max_objects) noexcept : deadline_ms_(deadline_ms), max_objects_(max_objects) {}
 

@@ -80,6 +80,20 @@ TEST(LoadShedder, ReturnsLevelByLevelWhenThereIsTime) {
   EXPECT_EQ(shedder.level(), 0);
 }
 
+TEST(LoadShedder, SingleSlowFramesDelayAReturnManyPreventIt) {
+  const auto returns = [](int slow_every) {
+    LoadShedder shedder(kDeadline_ms, 8);
+    frames_until_change(shedder, kLate_ms);
+    int frames = 0;
+    while (shedder.level() > 0 && frames < 2000) {
+      shedder.update(++frames % slow_every == 0 ? kInTime_ms : kFast_ms);
+    }
+    return frames;
+  };
+  EXPECT_EQ(returns(20), 115) << "five slow frames, each of which costs ten fast ones";
+  EXPECT_EQ(returns(10), 2000);
+}
+
 TEST(LoadShedder, AReturnThatProvesWrongIsTriedLessAndLessOften) {
   LoadShedder shedder(kDeadline_ms, 8);
   frames_until_change(shedder, kLate_ms);
