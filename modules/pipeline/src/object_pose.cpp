@@ -67,15 +67,7 @@ bool ObjectState::passes_innovation_gate(const sfm::BodyReconstruction::Expectat
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera) {
   if (identity_.frame_fixed &&
       is_observed_outside_box(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
-    if (is_truncated_or_occluded() && !is_newly_matched()) {
-      return;  // The rest of its mask lies on another object.
-    }
-    restart_at_observation(observation, camera);
-    if (life_.identity_switched) {
-      return;
-    }
-    life_.covariance = identity_.filter.pose_covariance();
-    life_.status = BodyStatus::kStereoOnly;
+    return;  // Its mask mostly lies on another object.
   }
   if (identity_.frame_fixed) {
     // It begins at the predicted pose: its frame is as uncertain on the object.
