@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <string>
 #include <unordered_map>
 
 #include "run_observations.hpp"
@@ -27,7 +28,7 @@ struct SeenFrame {
 /// The background's observations, by rows of Run::camera.
 class BackgroundReader {
  public:
-  BackgroundReader(const recording::Run& run, RunObservations& reader) : reader_(reader) {
+  BackgroundReader(const recording::Run& run, RunObservations& reader) : run_(run), reader_(reader) {
     for (std::size_t row = 0; row < run.camera.size(); ++row) {
       rows_.emplace(run.camera[row].frame, row);
     }
@@ -46,6 +47,11 @@ class BackgroundReader {
       }
       is_over_ = seen->empty();
       const auto row = is_over_ ? rows_.end() : rows_.find(seen->front().frame);
+      if (!is_over_ && row == rows_.end() && run_.is_finished) {
+        return fail(ErrorCode::kBadFormat, (run_.directory / "observations.bin").string() + ": frame " +
+                                               std::to_string(seen->front().frame) +
+                                               " is none of the run's; copy the run folder again");
+      }
       if (row != rows_.end()) {
         frames.push_back({row->second, {}});
         last_row_ = row->second + 1;
@@ -64,6 +70,7 @@ class BackgroundReader {
   [[nodiscard]] bool is_over() const { return is_over_; }
 
  private:
+  const recording::Run& run_;
   RunObservations& reader_;
   std::unordered_map<std::int64_t, std::size_t> rows_;
   std::size_t last_row_ = 0;

@@ -7,6 +7,7 @@
 
 #include "buffered_file.hpp"
 #include "kinetrace/core/files.hpp"
+#include "trajectory_rows.hpp"
 
 namespace kinetrace::recording {
 namespace {
@@ -25,11 +26,12 @@ struct KnownFile {
   std::uint64_t RunCounts::*rows = nullptr;   ///< Number of rows, if counted.
 };
 
-constexpr std::array<KnownFile, 19> kKnownFiles{{
+constexpr std::array<KnownFile, 20> kKnownFiles{{
     {"README.txt", Part::kAlways, "this overview"},
     {"run.json", Part::kAlways, "version, configuration, timings, memory, counters, warnings; written last"},
     {"camera.tum", Part::kAlways, "camera in the world per frame: timestamp tx ty tz qx qy qz qw"},
     {"camera_kitti.txt", Part::kAlways, "the same as KITTI poses: 12 numbers, row-major 3 x 4"},
+    {kCameraFramesFile, Part::kAlways, "their frame numbers and timestamps"},
     {"objects.csv", Part::kAlways, "every object in every frame: pose, velocity, box, covariance, counts", nullptr,
      &RunCounts::object_rows},
     {"label_02.txt", Part::kAlways, "the same as KITTI tracking labels, camera frame", nullptr, &RunCounts::label_rows},

@@ -27,6 +27,7 @@ constexpr std::size_t kPoseFields = 12;
 constexpr std::size_t kMaskFields = 6;
 constexpr std::size_t kLabelFields = 18;
 constexpr double kUnitTolerance = 0.01;
+constexpr std::int64_t kUnnumbered = -1;
 
 /// Opens a file of rows; of an unfinished file only whole rows count.
 Result<TextRows> open_rows(const fs::path& path, TextRows::Separator separator, bool is_finished) {
@@ -83,6 +84,7 @@ Status read_camera(const RunAbout& about, Run& run) {
       break;
     }
     CameraRow row;
+    row.frame = kUnnumbered;
     row.timestamp_ns = times->time_ns(0);
     if (!run.camera.empty() && row.timestamp_ns <= run.camera.back().timestamp_ns) {
       times->reject("the time does not grow from the row before");
@@ -106,6 +108,42 @@ Status read_camera(const RunAbout& about, Run& run) {
   }
   const Status whole = check_end(*times, run.camera.size(), about.frames);
   return whole ? check_end(*poses, run.camera.size(), about.frames) : whole;
+}
+
+/// Runs of earlier versions have no such file: their frames are numbered by number_frames.
+Status read_frame_numbers(const RunAbout& about, Run& run) {
+  const fs::path path = run.directory / kCameraFramesFile;
+  if (std::error_code error; !fs::exists(path, error)) {
+    return {};
+  }
+  Result<TextRows> rows = open_rows(path, TextRows::Separator::kComma, run.is_finished);
+  if (!rows) {
+    return Unexpected(rows.error());
+  }
+  const std::vector<std::size_t> places = rows->columns({"frame", "timestamp_ns"});
+  std::size_t count = 0;
+  for (; rows->next(); ++count) {
+    if (count == run.camera.size()) {
+      if (run.is_finished) {
+        rows->reject("the file has more rows than camera.tum");
+      }
+      break;
+    }
+    CameraRow& row = run.camera[count];
+    row.frame = rows->integer(places[0]);
+    if (rows->integer(places[1]) != row.timestamp_ns) {
+      rows->reject("the time is not that of the same row of camera.tum");
+    }
+    const std::int64_t before = count > 0 ? run.camera[count - 1].frame : kUnnumbered;
+    if (!std::in_range<std::int32_t>(row.frame) || row.frame <= before) {
+      rows->reject("the frame number does not grow from the row before");
+    }
+  }
+  if (run.is_finished) {
+    return check_end(*rows, count, about.frames);
+  }
+  run.camera.resize(count);
+  return rows->status();
 }
 
 std::uint16_t parse_class(std::string_view name, TextRows& rows) {
@@ -225,7 +263,7 @@ class ObjectRowCheck {
  public:
   explicit ObjectRowCheck(const std::vector<CameraRow>& camera) {
     for (const CameraRow& row : camera) {
-      camera_times_ns_.insert(row.timestamp_ns);
+      frame_at_time_.emplace(row.timestamp_ns, row.frame);
     }
   }
 
@@ -244,17 +282,22 @@ class ObjectRowCheck {
     if (!tracks_.insert(row.track_id).second) {
       rows.reject("frame " + std::to_string(row.frame) + " has track " + std::to_string(row.track_id) + " twice");
     }
-    const bool has_camera = camera_times_ns_.contains(row.timestamp_ns);
-    const bool is_ahead = camera_times_ns_.empty() || row.timestamp_ns > *camera_times_ns_.rbegin();
+    const auto camera = frame_at_time_.find(row.timestamp_ns);
+    const bool has_camera = camera != frame_at_time_.end();
+    const bool is_ahead = frame_at_time_.empty() || row.timestamp_ns > frame_at_time_.rbegin()->first;
     if (!has_camera && (is_finished || !is_ahead)) {
       rows.reject("camera.tum has no frame at this time");
+    }
+    if (has_camera && camera->second != kUnnumbered && camera->second != row.frame) {
+      rows.reject("the frame at this time has number " + std::to_string(camera->second) + " in " +
+                  std::string(kCameraFramesFile));
     }
     return has_camera;
   }
 
  private:
-  std::set<std::int64_t> camera_times_ns_;
-  std::set<std::uint32_t> tracks_;  ///< Tracks of the current frame.
+  std::map<std::int64_t, std::int64_t> frame_at_time_;  ///< Of the camera's rows.
+  std::set<std::uint32_t> tracks_;                      ///< Tracks of the current frame.
   std::int64_t frame_ = std::numeric_limits<std::int64_t>::min();
   std::int64_t timestamp_ns_ = 0;
 };
@@ -301,8 +344,8 @@ std::int64_t typical_interval_ns(const std::vector<CameraRow>& camera) {
   return intervals.empty() ? 1 : median(intervals);
 }
 
-// A source may skip frames. Frames with objects are numbered in objects.csv; the number of a frame without objects
-// follows from its neighbour's by the elapsed time in frame intervals.
+// For runs of earlier versions. A source may skip frames. Frames with objects are numbered in objects.csv; the number
+// of a frame without objects follows from its neighbour's by the elapsed time in frame intervals.
 void number_frames(Run& run) {
   std::map<std::int64_t, std::int64_t> frame_at_time;
   for (const ObjectRow& object : run.objects) {
@@ -316,6 +359,7 @@ void number_frames(Run& run) {
     return std::clamp<std::int64_t>(elapsed_ns / interval_ns + (rounds_up ? 1 : 0), 1, kFar);
   };
   std::size_t first_known = run.camera.size();
+  run.camera.front().frame = 0;
   for (std::size_t row = 0; row < run.camera.size(); ++row) {
     const auto known = frame_at_time.find(run.camera[row].timestamp_ns);
     if (known != frame_at_time.end()) {
@@ -396,7 +440,7 @@ Result<Run> read_run(const fs::path& directory) {
   if (!about) {
     return Unexpected(about.error());
   }
-  for (Status (*read)(const RunAbout&, Run&) : {&read_camera, &read_objects, &check_labels}) {
+  for (Status (*read)(const RunAbout&, Run&) : {&read_camera, &read_frame_numbers, &read_objects, &check_labels}) {
     if (const Status done = read(*about, run); !done) {
       return Unexpected(done.error());
     }
@@ -411,7 +455,9 @@ Result<Run> read_run(const fs::path& directory) {
   run.config_json = std::move(about->config_json);
   run.rectified = about->rectified;
   run.applied = about->applied;
-  number_frames(run);
+  if (!run.camera.empty() && run.camera.front().frame == kUnnumbered) {
+    number_frames(run);
+  }
   return run;
 }
 

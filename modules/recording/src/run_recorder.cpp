@@ -70,7 +70,7 @@ struct RunRecorder::Impl {
   RecordingConfig config;
   FolderLock lock;
   std::span<std::byte> memory;  ///< Write buffers during the run, working memory of the conversion afterwards.
-  BufferedWriter camera_tum, camera_kitti, objects, labels, mots, kept_observations;
+  BufferedWriter camera_tum, camera_kitti, camera_frames, objects, labels, mots, kept_observations;
   BufferedWriter poses, observations, points, names;
   std::int64_t newest_frame = -1;
   std::int64_t finalised_frame = -1;
@@ -95,9 +95,9 @@ struct RunRecorder::Impl {
   Status write_about(const RunSummary& summary, const std::filesystem::path& name,
                      std::span<const FileEntry> files) const;
 
-  [[nodiscard]] std::array<BufferedWriter*, 10> writers() noexcept {
-    return {&camera_tum,        &camera_kitti, &objects,      &labels, &mots,
-            &kept_observations, &poses,        &observations, &points, &names};
+  [[nodiscard]] std::array<BufferedWriter*, 11> writers() noexcept {
+    return {&camera_tum,        &camera_kitti, &camera_frames, &objects, &labels, &mots,
+            &kept_observations, &poses,        &observations,  &points,  &names};
   }
 };
 
@@ -107,8 +107,9 @@ Status RunRecorder::Impl::open_files() {
     const char* name;
     bool wanted;
   };
-  const std::array<File, 10> files{{{&camera_tum, "camera.tum", true},
+  const std::array<File, 11> files{{{&camera_tum, "camera.tum", true},
                                     {&camera_kitti, "camera_kitti.txt", true},
+                                    {&camera_frames, kCameraFramesFile.data(), true},
                                     {&objects, "objects.csv", true},
                                     {&labels, "label_02.txt", true},
                                     {&mots, "mots.txt", config.mots},
@@ -129,10 +130,12 @@ Status RunRecorder::Impl::open_files() {
     }
     *files[i].writer = std::move(*writer);
   }
+  camera_frames.text(kCameraFramesHeader);
   objects.text(kObjectsHeader);
   kept_observations.text(kObservationHeader);
-  // Readers of a run in progress find the header, and a full disk is detected now.
-  return objects.flush();
+  // Readers of a run in progress find the headers, and a full disk is detected now.
+  const Status flushed = camera_frames.flush();
+  return flushed ? objects.flush() : flushed;
 }
 
 Status RunRecorder::Impl::check(const FrameResult& result) const {
@@ -259,6 +262,7 @@ void RunRecorder::Impl::append_finalised(const FrameEstimate& frame) noexcept {
   const Se3& T_world_cam = frame.camera.T_world_cam;
   write_tum_row(frame.timestamp_ns, StoredPose::from(T_world_cam), camera_tum);
   write_kitti_row(T_world_cam, camera_kitti);
+  write_frame_row(frame, camera_frames);
   const std::uint32_t tracked = frame.camera.status == BodyStatus::kTracked ? 1 : 0;
   poses.record(PoseRecord{.track_id = kBackgroundTrack,
                           .frame = static_cast<std::int32_t>(frame.frame_index),
@@ -299,7 +303,8 @@ Status RunRecorder::Impl::flush_when_due() {
   const bool due = ++frames_since_flush >= config.flush_interval_frames;
   if (due) {
     frames_since_flush = 0;
-    for (BufferedWriter* writer : {&camera_tum, &camera_kitti, &objects, &labels, &mots, &kept_observations}) {
+    for (BufferedWriter* writer :
+         {&camera_tum, &camera_kitti, &camera_frames, &objects, &labels, &mots, &kept_observations}) {
       if (Status flushed = writer->flush(); !flushed) {
         return flushed;
       }

@@ -65,6 +65,10 @@ void write_tum_row(std::int64_t timestamp_ns, const StoredPose& pose, BufferedWr
   out.text("\n");
 }
 
+void write_frame_row(const FrameEstimate& frame, BufferedWriter& out) noexcept {
+  out.integer(frame.frame_index).text(",").integer(frame.timestamp_ns).text("\n");
+}
+
 void write_kitti_row(const Se3& T_world_cam, BufferedWriter& out) noexcept {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {

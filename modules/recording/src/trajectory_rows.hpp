@@ -17,6 +17,10 @@ inline constexpr std::string_view kObjectsHeader =
 /// Columns of earlier versions: boxes upright about the world's y axis, without uncertainty.
 inline constexpr std::size_t kColumnsOfAllVersions = 37;
 
+/// Frame numbers of the rows of camera.tum.
+inline constexpr std::string_view kCameraFramesFile = "camera_frames.csv";
+inline constexpr std::string_view kCameraFramesHeader = "frame,timestamp_ns\n";
+
 /// Position and orientation of an object's box as KITTI labels have it: in the camera frame of its own image.
 struct KittiPlacement {
   Eigen::Vector3d location_m;   ///< Centre of the bottom face.
@@ -27,6 +31,8 @@ struct KittiPlacement {
 
 /// `timestamp tx ty tz qx qy qz qw`, seconds with nine decimals.
 void write_tum_row(std::int64_t timestamp_ns, const StoredPose& pose, BufferedWriter& out) noexcept;
+/// A row of camera_frames.csv.
+void write_frame_row(const FrameEstimate& frame, BufferedWriter& out) noexcept;
 /// The upper 3 x 4 part of T_world_cam, row by row.
 void write_kitti_row(const Se3& T_world_cam, BufferedWriter& out) noexcept;
 void write_object_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;

@@ -40,8 +40,9 @@ TEST(RunFolder, IsMadeWithItsParentsAndLeavesNoSpool) {
   const TemporaryFolder folder;
   const fs::path directory = folder.path() / "a/b/run";
   ASSERT_TRUE(record_all(recording_config(directory), {.objects = {{.track_id = 5}}}));
-  for (const char* name : {"README.txt", "run.json", "camera.tum", "camera_kitti.txt", "objects.csv", "label_02.txt",
-                           "mots.txt", "tracks/5.tum", "points/object_5.ply", "colmap/object_5/cameras.txt"}) {
+  for (const char* name :
+       {"README.txt", "run.json", "camera.tum", "camera_kitti.txt", "camera_frames.csv", "objects.csv", "label_02.txt",
+        "mots.txt", "tracks/5.tum", "points/object_5.ply", "colmap/object_5/cameras.txt"}) {
     EXPECT_TRUE(fs::is_regular_file(directory / name)) << name;
   }
   EXPECT_FALSE(fs::exists(directory / ".spool"));

@@ -123,9 +123,22 @@ TEST_F(RunReader, HasNoMasksWhereNoneWereWritten) {
   EXPECT_TRUE(read_masks({.directory = run_path()}).value().empty());
 }
 
-TEST_F(RunReader, NumbersFramesAfterTheObjectsTimes) {
+TEST_F(RunReader, GivesTheFrameNumbersOfTheSource) {
+  // The recording begins with frame 101, and frames are missing without a longer step of time.
+  end_early();
+  edit("objects.csv", [](std::vector<std::string>& lines) { lines.resize(1); });
+  edit("camera_frames.csv", [](std::vector<std::string>& lines) {
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      lines[i] = std::to_string(100 + i * i) + lines[i].substr(lines[i].find(','));
+    }
+  });
+  EXPECT_THAT(camera_frames(), ElementsAre(101, 104, 109, 116, 125, 136, 149, 164, 181, 200, 221, 244));
+}
+
+TEST_F(RunReader, NumbersFramesAfterTheObjectsTimesInRunsOfEarlierVersions) {
   // As if frames 5 and 6 were missing.
   end_early();
+  std::filesystem::remove(run_path() / "camera_frames.csv");
   const auto is_left_out = [](const std::string& line) { return line.starts_with("5,") || line.starts_with("6,"); };
   edit("objects.csv", [&](std::vector<std::string>& lines) { std::erase_if(lines, is_left_out); });
   for (const char* name : {"camera.tum", "camera_kitti.txt"}) {
@@ -134,8 +147,9 @@ TEST_F(RunReader, NumbersFramesAfterTheObjectsTimes) {
   EXPECT_THAT(camera_frames(), ElementsAre(0, 1, 2, 3, 4, 7, 8, 9, 10, 11));
 }
 
-TEST_F(RunReader, NumbersFramesWithoutObjectsByTheirTimes) {
+TEST_F(RunReader, NumbersFramesWithoutObjectsByTheirTimesInRunsOfEarlierVersions) {
   end_early();
+  std::filesystem::remove(run_path() / "camera_frames.csv");
   const auto is_early = [](const std::string& line) { return line.starts_with("0,") || line.starts_with("1,"); };
   edit("objects.csv", [&](std::vector<std::string>& lines) { std::erase_if(lines, is_early); });
   EXPECT_THAT(camera_frames(), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11));
@@ -219,6 +233,16 @@ TEST_F(RunReader, RefusesFilesThatDoNotFitEachOther) {
               HasSubstr("camera_kitti.txt, line 1: the pose is not that of the same row of camera.tum"));
   EXPECT_THAT(error_after("camera_kitti.txt", [](Lines& lines) { lines.back().resize(lines.back().size() - 6); }),
               HasSubstr("camera_kitti.txt, line 12: the pose is not that of the same row"));
+  EXPECT_THAT(error_after("camera_frames.csv", [](Lines& lines) { lines[2] = lines[1]; }),
+              HasSubstr("camera_frames.csv, line 3: the time is not that of the same row of camera.tum"));
+  EXPECT_THAT(error_after("camera_frames.csv", [](Lines& lines) { lines[3].replace(0, 1, "1"); }),
+              HasSubstr("camera_frames.csv, line 4: the frame number does not grow"));
+  EXPECT_THAT(error_after("camera_frames.csv", [](Lines& lines) { lines[1].replace(0, 1, "-4"); }),
+              HasSubstr("camera_frames.csv, line 2: the frame number does not grow"));
+  EXPECT_THAT(error_after("camera_frames.csv", [](Lines& lines) { lines[12].replace(0, 2, "12"); }),
+              HasSubstr("the frame at this time has number 12 in camera_frames.csv"));
+  EXPECT_THAT(error_after("camera_frames.csv", [](Lines& lines) { lines.pop_back(); }),
+              HasSubstr("camera_frames.csv, line 12: the file ends after 11 rows, run.json tells of 12"));
   EXPECT_THAT(error_after("camera.tum", double_third), HasSubstr("camera.tum, line 4: the time does not grow"));
   EXPECT_THAT(error_after("camera.tum", [](Lines& lines) { lines[1] += " 1"; }),
               HasSubstr("camera.tum, line 2: expected 8 fields, found 9"));
@@ -244,11 +268,12 @@ TEST_F(RunReader, RefusesFilesThatDoNotFitEachOther) {
       line = line.starts_with("  \"frames\": 12") ? "  \"frames\": 11," : line;
     }
   });
+  edit("camera_frames.csv", [](Lines& lines) { lines.erase(lines.begin() + 3); });
   EXPECT_THAT(error(), HasSubstr("objects.csv, line 4: camera.tum has no frame at this time"));
 }
 
 TEST_F(RunReader, RefusesAFileWhoseLastRowIsCut) {
-  for (const char* name : {"camera.tum", "camera_kitti.txt", "objects.csv", "label_02.txt"}) {
+  for (const char* name : {"camera.tum", "camera_kitti.txt", "camera_frames.csv", "objects.csv", "label_02.txt"}) {
     const std::filesystem::path file = run_path() / name;
     std::filesystem::resize_file(file, std::filesystem::file_size(file) - 1);
     EXPECT_THAT(error(), HasSubstr("the last row is cut off")) << name;

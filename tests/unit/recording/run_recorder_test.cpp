@@ -241,7 +241,7 @@ TEST(RunRecorder, SameRunSameBytes) {
       ++compared;
     }
   }
-  EXPECT_EQ(compared, 24);
+  EXPECT_EQ(compared, 25);
 }
 
 }  // namespace

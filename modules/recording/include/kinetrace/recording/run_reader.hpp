@@ -79,10 +79,11 @@ struct Run {
   std::shared_ptr<const FolderLock> lock = {};        ///< Keeps new runs out of the folder while reading.
 };
 
-/// Reads run.json, camera.tum, camera_kitti.txt and objects.csv, and checks their consistency. The camera files have no
-/// frame numbers: these come from the time stamps of objects.csv, and between and beyond those from the frame interval.
-/// Of an aborted or running run it returns the frames common to all files, with a note. Errors, each with file and
-/// line: kNotFound (no run folder), kBadFormat (damaged or inconsistent files), kIo.
+/// Reads run.json, camera.tum, camera_kitti.txt, camera_frames.csv and objects.csv, and checks their consistency. In
+/// runs of earlier versions, without camera_frames.csv, frame numbers come from the time stamps of objects.csv, and
+/// between and beyond those from the frame interval. Of an aborted or running run it returns the frames common to all
+/// files, with a note. Errors, each with file and line: kNotFound (no run folder), kBadFormat (damaged or inconsistent
+/// files), kIo.
 [[nodiscard]] KINETRACE_API Result<Run> read_run(const std::filesystem::path& directory);
 
 /// Reads mots.txt, ordered by frame; empty if the run wrote none. Errors: kBadFormat with file and line (also: image
