@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "kinetrace/geo/map_files.hpp"
 #include "live_map.hpp"
 #include "map_picture.hpp"
+#include "map_places.hpp"
 #include "map_report.hpp"
 #include "reference_arguments.hpp"
 #include "run_trajectories.hpp"
@@ -26,27 +28,18 @@ using app::Failure;
 using app::MapOptions;
 using app::Outcome;
 
-constexpr const char* kReport = "map.json";
-constexpr const char* kPicture = "map.png";
 using TextOf = decltype(&geo::csv_text);
-constexpr std::array<std::pair<const char*, TextOf>, 4> kTexts{{{"trajectories.geojson", &geo::geojson_text},
-                                                                {"trajectories.kml", &geo::kml_text},
-                                                                {"trajectories.gpx", &geo::gpx_text},
-                                                                {"trajectories.csv", &geo::csv_text}}};
+constexpr std::array<std::pair<std::string_view, TextOf>, 4> kTexts{
+    {{kGeoJson, &geo::geojson_text}, {kKml, &geo::kml_text}, {kGpx, &geo::gpx_text}, {kCsv, &geo::csv_text}}};
+
+fs::path folder_of(const MapOptions& options) {
+  return options.out.empty() ? options.run / "map" : options.out;
+}
 
 Status make_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   return error ? fail(ErrorCode::kIo, "cannot make " + folder.string() + ": " + error.message()) : Status{};
-}
-
-/// Removes files of an earlier alignment, which a refused one must not seem to confirm.
-void remove_map(const fs::path& folder) {
-  std::error_code ignored;
-  fs::remove(folder / kPicture, ignored);
-  for (const auto& [name, text_of] : kTexts) {
-    fs::remove(folder / name, ignored);
-  }
 }
 
 Status write_map(const fs::path& folder, const recording::Run& run, const geo::Reference& reference,
@@ -62,7 +55,7 @@ Status write_map(const fs::path& folder, const recording::Run& run, const geo::R
 }
 
 int write_all(const MapOptions& options, const recording::Run& run, const MapReport& report) {
-  const fs::path folder = options.out.empty() ? options.run / "map" : options.out;
+  const fs::path folder = folder_of(options);
   if (const Status made = make_folder(folder); !made) {
     return app::report({app::ExitCode::kCannotCreate, made.error().message});
   }
@@ -110,6 +103,9 @@ Outcome<int> make_map(const MapOptions& options) {
   const Outcome<geo::ReferenceSource> source = parse_source(options.reference, run->camera.front().timestamp_ns);
   if (!source) {
     return Unexpected(source.error());
+  }
+  if (const Status places = check_places(folder_of(options), *run, source->path); !places) {
+    return failure(places.error());
   }
   const Result<geo::Reference> reference = geo::read_reference(*source);
   if (!reference) {

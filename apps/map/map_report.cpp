@@ -43,6 +43,7 @@ ordered_json reference_json(const MapReport& report) {
           {"bad_checksums", counts.bad_checksums},
           {"malformed", counts.malformed},
           {"without_fix", counts.without_fix},
+          {"repeated", counts.repeated},
           {"out_of_order", counts.out_of_order},
           {"gaps", counts.gaps},
           {"longest_gap_s", counts.longest_gap_s},
@@ -92,13 +93,15 @@ bool has_estimate(const geo::Alignment& alignment) {
 
 std::string reference_text(const MapReport& report) {
   const geo::ReferenceCounts& counts = report.reference.counts;
-  std::string text = line("reference  %zu fixes of %s (%s); in the camera's time %lld, of these outliers %lld\n",
-                          report.reference.fixes.size(), report.path.c_str(), report.format.c_str(),
-                          static_cast<long long>(report.alignment.fixes),
-                          static_cast<long long>(report.alignment.fixes - report.alignment.inliers));
-  const std::array<std::pair<const char*, std::int64_t>, 6> irregular{{{"bad checksums", counts.bad_checksums},
+  std::string text = line("reference  %zu fixes of ", report.reference.fixes.size());
+  text += report.path;
+  text += line(" (%s); in the camera's time %lld, of these outliers %lld\n", report.format.c_str(),
+               static_cast<long long>(report.alignment.fixes),
+               static_cast<long long>(report.alignment.fixes - report.alignment.inliers));
+  const std::array<std::pair<const char*, std::int64_t>, 7> irregular{{{"bad checksums", counts.bad_checksums},
                                                                        {"malformed", counts.malformed},
                                                                        {"without fix", counts.without_fix},
+                                                                       {"repeated", counts.repeated},
                                                                        {"out of order", counts.out_of_order},
                                                                        {"gaps", counts.gaps},
                                                                        {"jumps", counts.jumps}}};

@@ -105,7 +105,9 @@ void add_rig_errors(CLI::App& app, RigErrors& errors) {
       ->type_name("DOWN,FORWARD")
       ->delimiter(',')
       ->expected(2);
-  group.add_option("--knock", errors.knock_s, "From when on --turn and --baseline hold, seconds")->type_name("S");
+  group.add_option("--knock", errors.knock_s, "From when on --turn and --baseline hold, seconds")
+      ->type_name("S")
+      ->check(app::number_within(0.0, 1e9));
   group
       .add_option_function<double>(
           "--focal", [&errors](double percent) { errors.focal = 0.01 * percent; },

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -41,7 +42,7 @@ void expect_done(const Status& status) {
   ASSERT_TRUE(status) << status.error().message;
 }
 
-void record_run(const fs::path& folder, const std::vector<PathPose>& path) {
+void record_run(const fs::path& folder, const std::vector<PathPose>& path, const std::string& dataset) {
   recording::RecordingConfig config;
   config.directory = folder;
   config.geometry = kGeometry;
@@ -70,6 +71,9 @@ void record_run(const fs::path& folder, const std::vector<PathPose>& path) {
   }
   recording::RunSummary summary;
   summary.frames = static_cast<std::uint64_t>(path.size());
+  if (!dataset.empty()) {
+    summary.dataset = {{"dataset", dataset}};
+  }
   expect_done(recorder.finish(summary));
 }
 
@@ -111,7 +115,7 @@ class Map : public ::testing::Test {
     std::mt19937 random(7);
     const auto path = drive(shape);
     truth_ = {.T_map_world = geo::test::any_placement(random, 0.0), .time_offset_s = 1.234, .outlier_share = 0.1};
-    record_run(run(), path);
+    record_run(run(), path, dataset_);
     const auto frame = geo::LocalFrame::at(kOrigin).value();
     std::ofstream log(log_path(), std::ios::binary);
     const auto fixes = receive(path, truth_, random);
@@ -132,6 +136,7 @@ class Map : public ::testing::Test {
   [[nodiscard]] json report() const { return json::parse(text_of(run() / "map" / "map.json")); }
 
   TempFolder scratch_;
+  std::string dataset_;  ///< Of the run; empty: unknown.
   Receiver truth_;
 };
 
@@ -188,7 +193,7 @@ TEST_F(Map, AGpxOfItsOwnIsAReferenceToo) {
   prepare(geo::test::town());
   ASSERT_EQ(map({"--dof", "4", "--quiet"}).exit_code, 0);
   const std::string gpx = (run() / "map" / "trajectories.gpx").string();
-  // The first track is the camera's; the car's, later in the file, goes back in time and is left out.
+  // The first track is the camera's; the car's, later in the file, has the same times and is left out.
   const ProgramResult again = run_kinetrace({"map", run().string(), "--reference", "gpx:" + gpx, "--dof", "6",
                                              "--drift", "0", "--json", "--out", (scratch_.path() / "again").string()});
   ASSERT_EQ(again.exit_code, 0) << again.err;
@@ -210,6 +215,47 @@ TEST_F(Map, RefusesAStraightLineAndLeavesNoMap) {
   EXPECT_EQ(report()["verdict"], "refused");
   EXPECT_FALSE(fs::exists(run() / "map" / "trajectories.csv"));
   EXPECT_FALSE(fs::exists(run() / "map" / "map.png"));
+}
+
+TEST_F(Map, ReplacesNothingButAnEarlierMap) {
+  prepare(geo::test::town());
+  const fs::path out = scratch_.path() / "out";
+  fs::create_directories(out);
+  for (const char* name :
+       {"map.json", "map.png", "trajectories.geojson", "trajectories.kml", "trajectories.gpx", "trajectories.csv"}) {
+    std::ofstream(out / name) << "precious";
+    // Aligned or refused.
+    for (const char* offset : {"0", "100000"}) {
+      expect_refusal(map({"--dof", "4", "--time-offset", offset, "--out", out.string()}), kCannotCreate, name);
+      EXPECT_EQ(text_of(out / name), "precious");
+    }
+    fs::remove(out / name);
+    EXPECT_TRUE(fs::is_empty(out)) << name;
+  }
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(map({"--dof", "4", "--quiet", "--out", out.string()}).exit_code, 0);
+  }
+}
+
+TEST_F(Map, DoesNotReplaceItsReference) {
+  prepare(geo::test::town());
+  ASSERT_EQ(map({"--dof", "4", "--quiet"}).exit_code, 0);
+  const fs::path gpx = run() / "map" / "trajectories.gpx";
+  const std::string before = text_of(gpx);
+  expect_refusal(run_kinetrace({"map", run().string(), "--reference", "gpx:" + gpx.string(), "--dof", "4"}),
+                 kCannotCreate, "is the reference");
+  EXPECT_EQ(text_of(gpx), before);
+}
+
+TEST_F(Map, StaysOutOfTheRecording) {
+  const fs::path recording = scratch_.path() / "recording";
+  fs::create_directories(recording / "image_00");
+  dataset_ = "kitti-raw:" + recording.string();
+  prepare(geo::test::town());
+  for (const fs::path& out : {recording, recording / "image_00", recording / "map"}) {
+    expect_refusal(map({"--dof", "4", "--out", out.string()}), kCannotCreate, "lies in the recording");
+  }
+  EXPECT_TRUE(fs::is_empty(recording / "image_00"));
 }
 
 TEST_F(Map, ReportsNothingThatWasNotEstimated) {

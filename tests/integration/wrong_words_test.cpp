@@ -46,6 +46,8 @@ TEST(WrongWords, NumbersBeyondTheirLimitsAreSaidShortly) {
                  "--frames: must be at most 2147483647, got 99999999999; see");
   expect_refused(run_with({"--loop", "-1"}), kUsage, "--loop: must be 1 or more, got -1; see");
   expect_refused(run_with({"--seconds", "nan"}), kUsage, "--seconds: must be in [0.001 - 1e+09], got nan");
+  expect_refused({"study", "limit", ".", "--out", "x", "--noise", "nan,1"}, kUsage,
+                 "--noise: must be in [0.001 - 10], got nan");
   expect_refused({"doctor", "--seconds", "nan"}, kUsage, "--seconds: must be in [0.1 - 3600], got nan");
 }
 

@@ -8,6 +8,7 @@
 #include "cli/failure.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
+#include "cli/option_checks.hpp"
 #include "cli/shared_options.hpp"
 #include "config/app_config.hpp"
 #include "kinetrace/hal/rectifier.hpp"
@@ -119,8 +120,10 @@ int study_limit(const LimitOptions& options) {
   if (const Status there = check_study_recordings(options.recordings); !there) {
     return report(to_failure(there.error()));
   }
-  if (const Status made = make_study_folder(options.out); !made) {
-    return report({ExitCode::kCannotCreate, made.error().message});
+  for (const Status& ready : {make_study_folder(options.out, options.recordings), check_limit_places(options.out)}) {
+    if (!ready) {
+      return report({ExitCode::kCannotCreate, ready.error().message});
+    }
   }
   catch_interrupts();
   std::vector<LimitRun> runs;
@@ -160,7 +163,7 @@ void add_options(CLI::App& limit, LimitOptions& options) {
       ->type_name("PX,PX")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::Range(1e-3, 10.0));
+      ->check(number_within(1e-3, 10.0));
   add_config_options(limit, options.config);
   limit.add_flag("--quiet", options.quiet, "Does not say how exactly points were measured");
 }

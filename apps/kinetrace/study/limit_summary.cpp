@@ -6,10 +6,17 @@
 #include <sstream>
 
 #include "drawing/plot.hpp"
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/core/files.hpp"
+#include "kinetrace/imaging/image_info.hpp"
 
 namespace kinetrace::app {
 namespace {
+
+namespace fs = std::filesystem;
+
+// The table begins with this, by which that of an earlier study is recognised.
+constexpr const char* kTableBegin = "recording,frame,object_id,distance_m,height_px,track_id,status,visible_points";
 
 std::string cell(const std::optional<double>& value, int decimals) {
   constexpr int kWidth = 10;
@@ -96,9 +103,18 @@ std::string limit_tables(const std::vector<LimitRun>& runs) {
   return text;
 }
 
-Status write_limit_csv(const std::vector<LimitRun>& runs, const std::filesystem::path& directory) {
+Status check_limit_places(const fs::path& directory) {
+  return first_failure(
+      {check_same_kind(directory / "limit.csv", {"table of a study of limits",
+                                                 [](const fs::path& path) { return begins_with(path, kTableBegin); }}),
+       check_same_kind(directory / "limit.png", {"chart of a study of limits", [](const fs::path& path) {
+                                                   return imaging::is_png(path.c_str(), 3, 8);
+                                                 }})});
+}
+
+Status write_limit_csv(const std::vector<LimitRun>& runs, const fs::path& directory) {
   std::ostringstream file;
-  file << "recording,frame,object_id,distance_m,height_px,track_id,status,visible_points";
+  file << kTableBegin;
   for (const LimitMetric& metric : kLimitMetrics) {
     file << ',' << metric.name << ',' << metric.name << "_bound";
   }
@@ -116,7 +132,7 @@ Status write_limit_csv(const std::vector<LimitRun>& runs, const std::filesystem:
   return replace_file(directory / "limit.csv", file.str());
 }
 
-Status write_limit_plot(const std::vector<LimitRun>& runs, const std::filesystem::path& directory) {
+Status write_limit_plot(const std::vector<LimitRun>& runs, const fs::path& directory) {
   constexpr int kWidth_px = 1500;
   constexpr int kHeight_px = 460;
   constexpr double kGap_px = 12.0;

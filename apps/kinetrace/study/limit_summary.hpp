@@ -60,6 +60,8 @@ struct LimitBin {
 
 /// A table for each metric: frames, those with an error, mean error, mean bound, mean and median of their ratio.
 [[nodiscard]] std::string limit_tables(const std::vector<LimitRun>& runs);
+/// Checks that limit.csv and limit.png replace those of an earlier study only. Errors: kOccupied.
+[[nodiscard]] Status check_limit_places(const std::filesystem::path& directory);
 /// Writes limit.csv, every object in every frame. Errors: kIo, naming the file.
 [[nodiscard]] Status write_limit_csv(const std::vector<LimitRun>& runs, const std::filesystem::path& directory);
 /// Writes limit.png. Errors: kIo.

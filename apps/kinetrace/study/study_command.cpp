@@ -106,8 +106,10 @@ int study_object_size(const StudyOptions& options) {
   if (const Status there = check_study_recordings(options.recordings); !there) {
     return report(to_failure(there.error()));
   }
-  if (const Status made = make_study_folder(options.out); !made) {
-    return report({ExitCode::kCannotCreate, made.error().message});
+  for (const Status& ready : {make_study_folder(options.out, options.recordings), check_study_places(options.out)}) {
+    if (!ready) {
+      return report({ExitCode::kCannotCreate, ready.error().message});
+    }
   }
   catch_interrupts();
   const Outcome<std::vector<StudyRun>> runs = run_all(options);

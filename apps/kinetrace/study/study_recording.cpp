@@ -1,5 +1,6 @@
 #include "study/study_recording.hpp"
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -34,9 +35,17 @@ Outcome<fs::path> find_drive(const fs::path& recording) {
 }  // namespace
 
 Status check_study_recordings(const std::vector<fs::path>& recordings) {
-  for (const fs::path& recording : recordings) {
-    if (Status there = check_folder(recording, "no such recording; kinetrace-simulate makes them"); !there) {
+  for (auto recording = recordings.begin(); recording != recordings.end(); ++recording) {
+    if (Status there = check_folder(*recording, "no such recording; kinetrace-simulate makes them"); !there) {
       return there;
+    }
+    const auto is_same = [&](const fs::path& earlier) {
+      std::error_code error;
+      return fs::equivalent(earlier, *recording, error);
+    };
+    if (const auto first = std::find_if(recordings.begin(), recording, is_same); first != recording) {
+      return fail(ErrorCode::kInvalidArgument, recording->string() + ": is the recording " + first->string() +
+                                                   " again, which would count twice; name each one once");
     }
   }
   return {};
@@ -64,7 +73,13 @@ Outcome<StudyRecording> open_study_recording(const fs::path& path, const std::st
                         std::move(*truth)};
 }
 
-Status make_study_folder(const fs::path& directory) {
+Status make_study_folder(const fs::path& directory, const std::vector<fs::path>& recordings) {
+  for (const fs::path& recording : recordings) {
+    if (is_inside(directory, recording)) {
+      return fail(ErrorCode::kOccupied, directory.string() + ": lies in the recording " + recording.string() +
+                                            "; name another folder for the study");
+    }
+  }
   std::error_code error;
   fs::create_directories(directory, error);
   return error ? fail(ErrorCode::kIo, directory.string() + ": cannot be made (" + error.message() + ")") : Status{};

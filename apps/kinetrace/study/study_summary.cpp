@@ -6,10 +6,18 @@
 #include <limits>
 #include <sstream>
 
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/core/files.hpp"
+#include "kinetrace/imaging/image_info.hpp"
 
 namespace kinetrace::app {
 namespace {
+
+namespace fs = std::filesystem;
+
+// The tables begin with these, by which those of an earlier study are recognised.
+constexpr const char* kFramesBegin = "recording,window,frame,object_id,distance_m,height_px,track_id,status,points";
+constexpr const char* kBinsBegin = "by,from,to,window,recording,frames,tracked";
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
@@ -35,9 +43,9 @@ std::vector<std::string> distinct(const std::vector<StudyRun>& runs, Name StudyR
   return names;
 }
 
-Status write_frames(const std::vector<StudyRun>& runs, const std::filesystem::path& path) {
+Status write_frames(const std::vector<StudyRun>& runs, const fs::path& path) {
   std::ostringstream file;
-  file << "recording,window,frame,object_id,distance_m,height_px,track_id,status,points";
+  file << kFramesBegin;
   for (const StudyMetric& metric : kStudyMetrics) {
     file << ',' << metric.name;
   }
@@ -56,9 +64,9 @@ Status write_frames(const std::vector<StudyRun>& runs, const std::filesystem::pa
   return replace_file(path, file.str());
 }
 
-Status write_bins(const std::vector<StudyRun>& runs, const std::filesystem::path& path) {
+Status write_bins(const std::vector<StudyRun>& runs, const fs::path& path) {
   std::ostringstream file;
-  file << "by,from,to,window,recording,frames,tracked";
+  file << kBinsBegin;
   for (const StudyMetric& metric : kStudyMetrics) {
     file << ',' << metric.name;
   }
@@ -175,7 +183,18 @@ std::vector<std::string> recordings_of(const std::vector<StudyRun>& runs) {
   return distinct(runs, &StudyRun::recording);
 }
 
-Status write_study_csv(const std::vector<StudyRun>& runs, const std::filesystem::path& directory) {
+Status check_study_places(const fs::path& directory) {
+  constexpr std::string_view kTable = "table of a study";
+  return first_failure({check_same_kind(directory / "frames.csv",
+                                        {kTable, [](const fs::path& path) { return begins_with(path, kFramesBegin); }}),
+                        check_same_kind(directory / "bins.csv",
+                                        {kTable, [](const fs::path& path) { return begins_with(path, kBinsBegin); }}),
+                        check_same_kind(directory / "object_size.png", {"chart of a study", [](const fs::path& path) {
+                                                                          return imaging::is_png(path.c_str(), 3, 8);
+                                                                        }})});
+}
+
+Status write_study_csv(const std::vector<StudyRun>& runs, const fs::path& directory) {
   Status written = write_frames(runs, directory / "frames.csv");
   return written ? write_bins(runs, directory / "bins.csv") : written;
 }

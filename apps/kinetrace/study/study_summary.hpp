@@ -72,6 +72,8 @@ struct StudyBin {
 [[nodiscard]] std::vector<std::string> windows_of(const std::vector<StudyRun>& runs);
 [[nodiscard]] std::vector<std::string> recordings_of(const std::vector<StudyRun>& runs);
 
+/// Checks that the files below replace those of an earlier study only. Errors: kOccupied.
+[[nodiscard]] Status check_study_places(const std::filesystem::path& directory);
 /// Writes frames.csv and bins.csv. Errors: kIo, naming the file.
 [[nodiscard]] Status write_study_csv(const std::vector<StudyRun>& runs, const std::filesystem::path& directory);
 /// Writes object_size.png. Errors: kIo.

@@ -12,8 +12,16 @@ namespace {
 template <typename... Values>
 void append(std::string& text, const char* format, Values... values) {
   char piece[512];
-  const int length = std::snprintf(piece, sizeof piece, format, values...);
-  text.append(piece, static_cast<std::size_t>(std::min<int>(length, sizeof piece - 1)));
+  const auto length = static_cast<std::size_t>(std::snprintf(piece, sizeof piece, format, values...));
+  if (length < sizeof piece) {
+    text.append(piece, length);
+    return;
+  }
+  // A number may have more than 300 digits.
+  const std::size_t begin = text.size();
+  text.resize(begin + length + 1);
+  std::snprintf(text.data() + begin, length + 1, format, values...);
+  text.pop_back();
 }
 
 std::int64_t reference_time_ns(const MapPoint& point, const MapFileContext& context) {
@@ -97,8 +105,8 @@ void append_track(std::string& text, const MapTrajectory& trajectory, const MapF
 }  // namespace
 
 std::string geojson_text(std::span<const MapTrajectory> trajectories, const MapFileContext& context) {
-  std::string text = "{\"type\":\"FeatureCollection\",\"features\":[";
-  const char* between = "\n";
+  std::string text(kGeoJsonBegin);
+  const char* between = "";
   for (const MapTrajectory& trajectory : trajectories) {
     text += between;
     append_feature(text, trajectory, context);
@@ -108,9 +116,8 @@ std::string geojson_text(std::span<const MapTrajectory> trajectories, const MapF
 }
 
 std::string kml_text(std::span<const MapTrajectory> trajectories, const MapFileContext& context) {
-  std::string text =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Document>\n"
-      "<name>Kinetrace</name>\n"
+  std::string text(kKmlBegin);
+  text +=
       "<Style id=\"camera\"><LineStyle><color>ff000000</color><width>4</width></LineStyle></Style>\n"
       "<Style id=\"moving\"><LineStyle><color>ff005ed5</color><width>4</width></LineStyle></Style>\n"
       "<Style id=\"standing\"><LineStyle><color>ffb27200</color><width>3</width></LineStyle></Style>\n";
@@ -121,9 +128,7 @@ std::string kml_text(std::span<const MapTrajectory> trajectories, const MapFileC
 }
 
 std::string gpx_text(std::span<const MapTrajectory> trajectories, const MapFileContext& context) {
-  std::string text =
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-      "<gpx version=\"1.1\" creator=\"Kinetrace\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n";
+  std::string text(kGpxBegin);
   for (const MapTrajectory& trajectory : trajectories) {
     append_track(text, trajectory, context);
   }
@@ -131,9 +136,7 @@ std::string gpx_text(std::span<const MapTrajectory> trajectories, const MapFileC
 }
 
 std::string csv_text(std::span<const MapTrajectory> trajectories, const MapFileContext& context) {
-  std::string text =
-      "frame,timestamp_ns,reference_ns,track_id,class,status,latitude,longitude,height,utm_zone,utm_easting,"
-      "utm_northing,east,north,up,v_east,v_north,v_up,heading,sigma\n";
+  std::string text(kCsvBegin);
   const int zone = to_utm(context.frame.origin()).zone;
   for (const MapTrajectory& trajectory : trajectories) {
     for (const MapPoint& point : trajectory.points) {

@@ -26,6 +26,9 @@ bool is_no_fix(int quality) {
   return quality == 0 || quality >= kDeadReckoning;
 }
 
+/// Status of an RMC without a fix. Its date may be the one that the receiver's clock begins with.
+constexpr std::string_view kVoid = "V";
+
 class NmeaReader {
  public:
   explicit NmeaReader(std::int64_t near_time_ns) : near_time_ns_(near_time_ns) {}
@@ -43,7 +46,7 @@ class NmeaReader {
     } else if (sentence.type == "GGA") {
       has_positions_ = true;
       take_position(sentence.fields);
-    } else if (sentence.type == "RMC" && sentence.fields.size() > 8) {
+    } else if (sentence.type == "RMC" && sentence.fields.size() > 8 && sentence.fields[1] != kVoid) {
       take_date(sentence.fields[0], sentence.fields[8]);
     } else if (sentence.type == "ZDA" && sentence.fields.size() > 3) {
       take_long_date(sentence.fields);

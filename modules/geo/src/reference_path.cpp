@@ -27,15 +27,12 @@ double median_step_s(const std::vector<Fix>& fixes) {
 }  // namespace
 
 void make_path(std::vector<Fix>& fixes, ReferenceCounts& counts) {
-  std::vector<Fix> ordered;
-  for (const Fix& fix : fixes) {
-    if (!ordered.empty() && fix.time_ns <= ordered.back().time_ns) {
-      ++counts.out_of_order;
-    } else {
-      ordered.push_back(fix);
-    }
-  }
-  fixes = std::move(ordered);
+  // Files may begin with the newest fix or hold several tracks, and a single wrong time must not cost those after it.
+  std::stable_sort(fixes.begin(), fixes.end(), [](const Fix& a, const Fix& b) { return a.time_ns < b.time_ns; });
+  const auto repeated =
+      std::unique(fixes.begin(), fixes.end(), [](const Fix& a, const Fix& b) { return a.time_ns == b.time_ns; });
+  counts.repeated = fixes.end() - repeated;
+  fixes.erase(repeated, fixes.end());
   if (fixes.size() < 2) {
     return;
   }

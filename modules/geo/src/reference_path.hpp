@@ -7,7 +7,7 @@
 
 namespace kinetrace::geo {
 
-/// Removes fixes that are not later than all before them, counts gaps and jumps.
+/// Orders fixes by time, keeps the first of each time, counts gaps and jumps.
 void make_path(std::vector<Fix>& fixes, ReferenceCounts& counts);
 
 }  // namespace kinetrace::geo

@@ -71,5 +71,26 @@ TEST(Csv, HasARowForEachTrajectoryAndFrame) {
   EXPECT_THAT(text, HasSubstr(",32N,4573"));
 }
 
+TEST(Csv, HasEveryDigitOfALargeNumber) {
+  std::vector<MapTrajectory> trajectories = two();
+  for (MapTrajectory& trajectory : trajectories) {
+    for (MapPoint& point : trajectory.points) {
+      point.velocity_mps.setConstant(1e308);
+    }
+  }
+  const std::string text = csv_text(trajectories, kContext);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 7);
+  EXPECT_EQ(std::count(text.begin(), text.end(), ','), 7 * 19);
+  EXPECT_TRUE(text.ends_with(",90.00,0.000\n"));
+  EXPECT_EQ(text.find('\0'), std::string::npos);
+}
+
+TEST(MapFiles, BeginWithWhatTheyAreRecognisedBy) {
+  EXPECT_TRUE(geojson_text(two(), kContext).starts_with(kGeoJsonBegin));
+  EXPECT_TRUE(kml_text(two(), kContext).starts_with(kKmlBegin));
+  EXPECT_TRUE(gpx_text(two(), kContext).starts_with(kGpxBegin));
+  EXPECT_TRUE(csv_text(two(), kContext).starts_with(kCsvBegin));
+}
+
 }  // namespace
 }  // namespace kinetrace::geo

@@ -111,7 +111,7 @@ TEST_F(References, NmeaWithoutADateHasThatOfTheRecording) {
   ASSERT_EQ(reference->fixes.size(), 3U);
   EXPECT_EQ(reference->fixes[0].time_ns, parse_date_time_ns("2011-09-26T13:02:25Z"));
   EXPECT_EQ(reference->fixes[2].time_ns, parse_date_time_ns("2011-09-26T13:02:27Z"));
-  EXPECT_EQ(reference->counts.out_of_order, 0);
+  EXPECT_EQ(reference->counts.repeated, 0);
   ASSERT_EQ(reference->notes.size(), 1U);
   EXPECT_THAT(reference->notes[0], HasSubstr("no date"));
 }
@@ -120,7 +120,7 @@ TEST_F(References, NmeaCountsWhatIsWrong) {
   std::string damaged = gga("130228.00");
   damaged[12] = '9';
   const auto reference = read_nmea(rmc("130225.00", "260911") + gga("130225.00") + gga("130226.00") + gga("130227.00") +
-                                   damaged + "$GPGGA,1302\r\n" + gga("130229.00", 0.66, 0) + gga("130226.50") +
+                                   damaged + "$GPGGA,1302\r\n" + gga("130229.00", 0.66, 0) + gga("130226.00") +
                                    gga("130235.00") + gga("130236.00", 0.90) + gga("130237.00", 0.90) + "\r\n");
   ASSERT_TRUE(reference) << reference.error().message;
   const ReferenceCounts& counts = reference->counts;
@@ -128,11 +128,21 @@ TEST_F(References, NmeaCountsWhatIsWrong) {
   EXPECT_EQ(counts.bad_checksums, 1);
   EXPECT_EQ(counts.malformed, 1);
   EXPECT_EQ(counts.without_fix, 1);
-  EXPECT_EQ(counts.out_of_order, 1);
+  EXPECT_EQ(counts.repeated, 1);
   EXPECT_EQ(counts.gaps, 1);
   EXPECT_DOUBLE_EQ(counts.longest_gap_s, 8.0);
   EXPECT_EQ(counts.jumps, 1);  // 445 m in a second.
   EXPECT_EQ(reference->fixes.size(), 6U);
+}
+
+// At a cold start receivers send the date that their clock begins with.
+TEST_F(References, NmeaWithoutAFixHasNoDate) {
+  const std::string cold = sentence("GPRMC,130224.90,V,,,,,,,060180,,,N");
+  const auto reference = read_nmea(cold + gga("130225.00") + rmc("130225.00", "260911") + gga("130226.00"));
+  ASSERT_TRUE(reference) << reference.error().message;
+  ASSERT_EQ(reference->fixes.size(), 2U);
+  EXPECT_EQ(reference->fixes[0].time_ns, parse_date_time_ns("2011-09-26T13:02:25Z"));
+  EXPECT_EQ(reference->fixes[1].time_ns, parse_date_time_ns("2011-09-26T13:02:26Z"));
 }
 
 TEST_F(References, NoiseAtAHighRateIsNoJump) {
@@ -187,6 +197,23 @@ TEST_F(References, GpxHasTrackPointsWithTime) {
   EXPECT_THAT(reference->notes[0], HasSubstr("1 of 4 points have no <time>"));
   EXPECT_NEAR((reference->fixes[1].enu_m - reference->fixes[0].enu_m).y(), 111.2, 0.1);
   EXPECT_NEAR((reference->fixes[1].enu_m - reference->fixes[0].enu_m).z(), 0.0, 0.01);
+}
+
+TEST_F(References, GpxTracksMayComeNewestFirst) {
+  const auto point = [](const std::string& second, const std::string& latitude) {
+    return "<trkpt lat=\"" + latitude + "\" lon=\"8.416\"><ele>116</ele><time>2011-09-26T13:02:" + second +
+           "Z</time></trkpt>";
+  };
+  const auto reference = read(ReferenceFormat::kGpx, "a.gpx",
+                              gpx(point("27", "49.013") + point("28", "49.014") + "</trkseg></trk><trk><trkseg>" +
+                                  point("25", "49.011") + point("26", "49.012") + point("27", "49.099")));
+  ASSERT_TRUE(reference) << reference.error().message;
+  ASSERT_EQ(reference->fixes.size(), 4U);
+  EXPECT_EQ(reference->counts.repeated, 1);
+  for (std::size_t i = 1; i < 4; ++i) {
+    EXPECT_EQ(reference->fixes[i].time_ns - reference->fixes[i - 1].time_ns, kSecond_ns);
+    EXPECT_NEAR(reference->fixes[i].enu_m.y() - reference->fixes[i - 1].enu_m.y(), 111.2, 0.1);
+  }
 }
 
 TEST_F(References, GpxWithoutHeightsIsRefusedWithWhatIsMissing) {
@@ -266,6 +293,36 @@ TEST_F(References, CsvHasItsColumnsByName) {
   for (const char* row : {"1,91,0,0", "1,nan,0,0", "1,0,0,1e9", "x,0,0,0"}) {
     EXPECT_FALSE(read(ReferenceFormat::kCsv, "c.csv", std::string("timestamp_ns,latitude,longitude,height\n") + row));
   }
+}
+
+TEST_F(References, RowsMayComeInAnyOrder) {
+  const std::string header = "timestamp_ns,latitude,longitude,height\n";
+  const auto row = [](const std::string& second, const std::string& height) {
+    return second + "000000000,49.011,8.416," + height + "\n";
+  };
+  for (const std::string& rows : {row("4", "119") + row("3", "118") + row("2", "117") + row("1", "116"),
+                                  row("3", "118") + row("1", "116") + row("4", "119") + row("2", "117")}) {
+    const auto reference = read(ReferenceFormat::kCsv, "a.csv", header + rows);
+    ASSERT_TRUE(reference) << reference.error().message;
+    ASSERT_EQ(reference->fixes.size(), 4U);
+    EXPECT_EQ(reference->counts.repeated, 0);
+    for (std::size_t i = 1; i < 4; ++i) {
+      EXPECT_EQ(reference->fixes[i].time_ns - reference->fixes[i - 1].time_ns, kSecond_ns);
+      EXPECT_NEAR(reference->fixes[i].enu_m.z() - reference->fixes[i - 1].enu_m.z(), 1.0, 1e-6);
+    }
+  }
+}
+
+TEST_F(References, AWrongTimeCostsOneFix) {
+  const auto reference = read(ReferenceFormat::kCsv, "a.csv",
+                              "timestamp_ns,latitude,longitude,height\n"
+                              "4000000000000000000,49,8.4,150\n"
+                              "1000000000,49.011,8.416,116\n2000000000,49.011,8.416,116\n"
+                              "3000000000,49.011,8.416,116\n");
+  ASSERT_TRUE(reference) << reference.error().message;
+  ASSERT_EQ(reference->fixes.size(), 4U);
+  EXPECT_EQ(reference->fixes[0].time_ns, kSecond_ns);
+  EXPECT_EQ(reference->counts.gaps, 1);
 }
 
 TEST_F(References, AnOriginFarAwayIsRefused) {

@@ -63,6 +63,8 @@ TEST(Options, RefusesWhatItCannotDo) {
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--samples", "5"}), "--samples");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--frames", "0"}), "--frames");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--rate", "nan"}), "--rate: must be in");
+  expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--knock", "nan"}),
+               "--knock: must be in");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--degrade", "much"}), "--degrade");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--missing", "101"}), "--missing");
   expect_usage(parse(std::array{"kinetrace-simulate", "street", "--out", "x", "--fraems", "3"}),

@@ -202,6 +202,7 @@ TEST(LimitSummary, WritesATableAndAChart) {
   std::filesystem::create_directories(folder);
   ASSERT_TRUE(write_limit_csv(three_frames(), folder));
   ASSERT_TRUE(write_limit_plot(three_frames(), folder));
+  EXPECT_TRUE(check_limit_places(folder)) << "another study may replace them";
   EXPECT_GT(std::filesystem::file_size(folder / "limit.csv"), 100U);
   EXPECT_GT(std::filesystem::file_size(folder / "limit.png"), 5000U);
   EXPECT_EQ(write_limit_csv({}, folder / "missing").error().code, ErrorCode::kIo);

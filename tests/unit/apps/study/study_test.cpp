@@ -307,6 +307,7 @@ TEST_F(ObjectSizeStudy, WritesFramesBinsAndPicture) {
   const std::vector<StudyRun> runs = two_recordings();
   ASSERT_TRUE(write_study_csv(runs, folder_));
   ASSERT_TRUE(write_study_plot(runs, folder_));
+  EXPECT_TRUE(check_study_places(folder_)) << "another study may replace them";
   std::ifstream frames(folder_ / "frames.csv");
   std::string line;
   std::getline(frames, line);

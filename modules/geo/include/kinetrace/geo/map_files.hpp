@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -39,6 +40,18 @@ struct MapFileContext {
   double time_offset_s =
       0.0;  ///< Camera's clock minus the reference's: files with UTC have times of the reference's clock.
 };
+
+// Each file begins with one of these, by which an earlier map is recognised.
+inline constexpr std::string_view kGeoJsonBegin = "{\"type\":\"FeatureCollection\",\"features\":[\n";
+inline constexpr std::string_view kKmlBegin =
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Document>\n"
+    "<name>Kinetrace</name>\n";
+inline constexpr std::string_view kGpxBegin =
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+    "<gpx version=\"1.1\" creator=\"Kinetrace\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n";
+inline constexpr std::string_view kCsvBegin =
+    "frame,timestamp_ns,reference_ns,track_id,class,status,latitude,longitude,height,utm_zone,utm_easting,"
+    "utm_northing,east,north,up,v_east,v_north,v_up,heading,sigma\n";
 
 /// RFC 7946: a FeatureCollection with a feature for each trajectory; longitude, latitude, height above the ellipsoid.
 [[nodiscard]] std::string geojson_text(std::span<const MapTrajectory> trajectories, const MapFileContext& context);

@@ -45,7 +45,8 @@ struct ReferenceCounts {
   std::int64_t bad_checksums = 0;  ///< NMEA; left out.
   std::int64_t malformed = 0;      ///< Truncated, or with values out of range; left out.
   std::int64_t without_fix = 0;    ///< The receiver itself reports no fix; left out.
-  std::int64_t out_of_order = 0;   ///< Not later than the previous one; left out.
+  std::int64_t repeated = 0;       ///< In a file: of the same time as one before; left out.
+  std::int64_t out_of_order = 0;   ///< In a live run: not later than the previous one; left out.
   std::int64_t gaps = 0;           ///< Steps longer than three times the usual one (median).
   double longest_gap_s = 0.0;
   std::int64_t jumps = 0;  ///< Steps of more than 70 m/s (250 km/h) plus noise. Kept: the alignment rejects outliers.
