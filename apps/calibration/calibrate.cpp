@@ -162,9 +162,8 @@ Outcome<TargetCalibration> carry_out(const CalibrateOptions& options) {
   if (!setup) {
     return Unexpected(setup.error());
   }
-  const Result<OutputFolder> folder = OutputFolder::make(options.out);
-  if (!folder) {
-    return failure(folder.error());
+  if (const Status usable = check_output_folder(options.out); !usable) {
+    return Unexpected(app::Failure{app::ExitCode::kCannotCreate, usable.error().message});
   }
   const auto views = collected(options, *setup, *target);
   if (!views) {

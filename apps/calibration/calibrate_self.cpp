@@ -53,9 +53,8 @@ Outcome<SelfCalibration> carry_out(const CalibrateOptions& options) {
   if (!setup) {
     return Unexpected(setup.error());
   }
-  const Result<OutputFolder> folder = OutputFolder::make(options.out);
-  if (!folder) {
-    return failure(folder.error());
+  if (const Status usable = check_output_folder(options.out); !usable) {
+    return Unexpected(app::Failure{app::ExitCode::kCannotCreate, usable.error().message});
   }
   auto result = calibrated(options, *setup->dataset);
   if (!result) {

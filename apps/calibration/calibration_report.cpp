@@ -84,6 +84,27 @@ Json views_json(const TargetCalibration& calibration, const ViewCollector& views
           {"farthest_m", assessment.farthest_m}};
 }
 
+Status make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder, error)) {
+    return fail(ErrorCode::kIo, folder.string() + ": " + (error ? error.message() : "is no folder") +
+                                    "; name another folder for the calibration");
+  }
+  return {};
+}
+
+/// Folders to be made for this one, the innermost first.
+std::vector<std::filesystem::path> missing_folders(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> missing;
+  std::error_code error;
+  for (std::filesystem::path each = folder; !each.empty() && !std::filesystem::exists(each, error);
+       each = each.parent_path()) {
+    missing.push_back(each);
+  }
+  return missing;
+}
+
 // Files of an earlier calibration are replaced, others of these names are not.
 Status check_places(const std::filesystem::path& folder) {
   using Path = std::filesystem::path;
@@ -154,33 +175,28 @@ std::string report_json(const TargetCalibration& calibration, const ViewCollecto
                     {"length_rms", validation.length_rms}}},
                   {"covariance", covariance_json(estimate.covariance)},
                   {"warnings", calibration.warnings}};
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-Result<OutputFolder> OutputFolder::make(const std::filesystem::path& folder) {
-  std::error_code error;
-  const bool is_new = std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder, error)) {
-    return fail(ErrorCode::kIo, folder.string() + ": " + (error ? error.message() : "is no folder") +
-                                    "; name another folder for the calibration");
+Status check_output_folder(const std::filesystem::path& folder) {
+  const std::vector<std::filesystem::path> missing = missing_folders(folder);
+  Status usable = make_folder(folder);
+  if (usable) {
+    usable = check_places(folder);
   }
-  OutputFolder made(is_new ? folder : std::filesystem::path());
-  if (const Status free = check_places(folder); !free) {
-    return Unexpected(free.error());
+  for (const std::filesystem::path& made : missing) {
+    std::error_code not_empty;
+    std::filesystem::remove(made, not_empty);
   }
-  return made;
-}
-
-OutputFolder::~OutputFolder() {
-  std::error_code not_empty;
-  if (!made_.empty()) {
-    std::filesystem::remove(made_, not_empty);
-  }
+  return usable;
 }
 
 Status write_calibration_files(const hal::RigCalibration& rig, const std::filesystem::path& folder,
                                std::span<const std::string> head) {
-  Status written = hal::write_rig_calibration(rig, folder / "calibration.yaml", hal::CalibrationFormat::kOpencv, head);
+  Status written = make_folder(folder);
+  if (written) {
+    written = hal::write_rig_calibration(rig, folder / "calibration.yaml", hal::CalibrationFormat::kOpencv, head);
+  }
   if (written && hal::rig_calibration_text(rig, hal::CalibrationFormat::kKalibr)) {
     written = hal::write_rig_calibration(rig, folder / "camchain.yaml", hal::CalibrationFormat::kKalibr, head);
   }

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "kinetrace/core/result.hpp"
@@ -33,24 +32,11 @@ struct ReportSource {
 [[nodiscard]] Status write_picture(const TargetCalibration& calibration, const ViewCollector& views,
                                    const std::filesystem::path& path);
 
-/// The folder for a calibration's files, created before images are processed. A new folder without files is removed
-/// again by the destructor.
-class OutputFolder {
- public:
-  /// Also checks that files can be written into it, and replace those of an earlier calibration only. Errors: kIo,
-  /// kOccupied.
-  [[nodiscard]] static Result<OutputFolder> make(const std::filesystem::path& folder);
-  OutputFolder(OutputFolder&& other) noexcept : made_(std::exchange(other.made_, {})) {}
-  OutputFolder& operator=(OutputFolder&&) = delete;
-  ~OutputFolder();
+/// Checks before images are processed that a calibration's files can be written into `folder`, and replace those of an
+/// earlier calibration only. Leaves no new folder behind. Errors: kIo, kOccupied.
+[[nodiscard]] Status check_output_folder(const std::filesystem::path& folder);
 
- private:
-  explicit OutputFolder(std::filesystem::path made) : made_(std::move(made)) {}
-
-  std::filesystem::path made_;  ///< Empty if it existed before.
-};
-
-/// calibration.yaml, and camchain.yaml if it supports the lens model. Errors: kIo.
+/// Makes the folder, and in it calibration.yaml, and camchain.yaml if it supports the lens model. Errors: kIo.
 [[nodiscard]] Status write_calibration_files(const hal::RigCalibration& rig, const std::filesystem::path& folder,
                                              std::span<const std::string> head);
 

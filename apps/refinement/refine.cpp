@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
+#include <iostream>
 #include <memory>
 #include <thread>
 
@@ -11,6 +13,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
 #include "figure/figure_images.hpp"
+#include "kinetrace/recording/held_folder.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
 #include "object_gaps.hpp"
 #include "object_history.hpp"
@@ -18,6 +21,7 @@
 #include "object_refinement.hpp"
 #include "refine_progress.hpp"
 #include "refined_run.hpp"
+#include "run_details.hpp"
 #include "run_scale.hpp"
 
 namespace kinetrace::batch {
@@ -30,6 +34,10 @@ using app::Failure;
 using app::Outcome;
 using app::RefineOptions;
 
+Unexpected<Failure> cannot_create(const Error& why) {
+  return Unexpected(Failure{ExitCode::kCannotCreate, why.message});
+}
+
 Outcome<recording::Run> read(const RefineOptions& options) {
   std::error_code error;
   if (fs::equivalent(options.run, options.out, error) ||
@@ -38,7 +46,7 @@ Outcome<recording::Run> read(const RefineOptions& options) {
                               options.out.string() + ": is the run itself; name another folder for the refined one"});
   }
   if (const Status usable = recording::RunRecorder::check_folder(options.out); !usable) {
-    return Unexpected(Failure{ExitCode::kCannotCreate, usable.error().message});
+    return cannot_create(usable.error());
   }
   Result<recording::Run> run = recording::read_run(options.run);
   if (!run) {
@@ -48,6 +56,9 @@ Outcome<recording::Run> read(const RefineOptions& options) {
     return Unexpected(Failure{ExitCode::kBadData, options.run.string() +
                                                       ": has no frame, or does not say what its cameras are; give the "
                                                       "folder of another run"});
+  }
+  if (const Status readable = check_details(*run); !readable) {
+    return failure(readable.error());
   }
   return std::move(*run);
 }
@@ -127,6 +138,11 @@ Outcome<RefinedRun> refine(recording::Run& run, const RefineOptions& asked, Refi
     return failure(camera.error());
   }
   refined.camera = std::move(*camera);
+  if (refined.camera.points.empty()) {
+    refined.notes.push_back(
+        "the camera's path was not refined: observations.bin has no point of the background that several frames of the "
+        "run show");
+  }
   Outcome<PathCorrection> correction = correct_path(
       run, refined.measured, {asked.loops ? *read : PairReader{}, progress}, *hold, options, refined.camera);
   if (!correction) {
@@ -188,6 +204,10 @@ Outcome<int> carry_out(const RefineOptions& options) {
     app::print_warning(note);
   }
   app::catch_interrupts();
+  Result<recording::HeldFolder> folder = recording::HeldFolder::take(options.out);
+  if (!folder) {
+    return cannot_create(folder.error());
+  }
   RefineProgress progress(!options.quiet, run->camera.size(), run->objects.size());
   Outcome<RefinedRun> refined = refine(*run, options, progress);
   if (!refined) {
@@ -200,13 +220,16 @@ Outcome<int> carry_out(const RefineOptions& options) {
                              "; what it did not reach is as the run had it");
   }
   const recording::RunSummary summary = summary_of(*run, *refined, options, signal);
+  folder->release();
   const Status written =
       write_refined_run(*run, *refined, options.out, summary, [&](std::size_t rows) { progress.written(rows); });
   progress.clear();
   if (!written) {
     return failure(written.error());
   }
-  if (!options.quiet) {
+  if (options.json) {
+    std::cout << std::ifstream(options.out / "run.json").rdbuf();
+  } else if (!options.quiet) {
     std::printf("%s %zu frames and %zu objects into %s\n",
                 summary.exit_status == 0 ? "Refined" : "Refined in part:", run->camera.size(), refined->objects.size(),
                 options.out.c_str());

@@ -14,6 +14,7 @@ namespace kinetrace::batch {
 namespace {
 
 using recording::ObjectRow;
+using Intensities = std::map<std::uint32_t, std::uint8_t>;
 
 ObjectResult result_of(const RefinedObjectFrame& frame) {
   const ObjectRow& row = frame.row;
@@ -36,7 +37,7 @@ ObjectResult result_of(const RefinedObjectFrame& frame) {
 /// Points of one body, each output with the frame that saw it last.
 class LeavingPoints {
  public:
-  LeavingPoints(const std::vector<RefinedPoint>& points, const std::map<std::uint32_t, std::uint8_t>& intensities) {
+  LeavingPoints(const std::vector<RefinedPoint>& points, const Intensities& intensities) {
     for (const RefinedPoint& point : points) {
       const auto intensity = intensities.find(point.id);
       constexpr std::uint8_t kMiddleGray = 128;
@@ -60,16 +61,8 @@ class LeavingPoints {
 class Writer {
  public:
   Writer(const recording::Run& run, const RefinedRun& refined, recording::RunSummary summary)
-      : run_(run), refined_(refined), summary_(std::move(summary)), names_(image_names(run)) {
-    leaving_.emplace(0, LeavingPoints(refined.camera.points, background_intensities()));
+      : run_(run), refined_(refined), summary_(std::move(summary)) {
     for (const auto& [track_id, object] : refined.objects) {
-      std::map<std::uint32_t, std::uint8_t> intensities = point_intensities(run, track_id);
-      for (const auto& [joined, into] : refined.goes_on_as) {
-        if (into == track_id) {
-          intensities.merge(point_intensities(run, joined));
-        }
-      }
-      leaving_.emplace(track_id, LeavingPoints(object.points, intensities));
       for (const auto& [row, frame] : object.frames) {
         objects_[row].push_back(&frame);
       }
@@ -77,6 +70,9 @@ class Writer {
   }
 
   Status write(const std::filesystem::path& directory, const std::function<void(std::size_t)>& progress) {
+    if (Status read = read_details(); !read) {
+      return read;
+    }
     const recording::RecordingConfig config = recording_config(directory);
     Arena arena(recording::RunRecorder::required_bytes(config));
     Result<recording::RunRecorder> recorder = recording::RunRecorder::create(config, arena);
@@ -121,12 +117,50 @@ class Writer {
     return config;
   }
 
-  [[nodiscard]] std::map<std::uint32_t, std::uint8_t> background_intensities() const {
-    std::map<std::uint32_t, std::uint8_t> intensities = point_intensities(run_, 0);
-    for (const auto& [point_id, whole] : refined_.measured.part_of) {
-      if (const auto known = intensities.find(whole); known != intensities.end()) {
-        intensities.emplace(point_id, known->second);
+  /// Into `names_` and `leaving_`.
+  Status read_details() {
+    Result<std::map<std::int64_t, std::string>> names = image_names(run_);
+    Result<Intensities> background = background_intensities();
+    if (!names || !background) {
+      return Unexpected(names ? background.error() : names.error());
+    }
+    names_ = std::move(*names);
+    leaving_.emplace(0, LeavingPoints(refined_.camera.points, *background));
+    for (const auto& [track_id, object] : refined_.objects) {
+      const Result<Intensities> intensities = object_intensities(track_id);
+      if (!intensities) {
+        return Unexpected(intensities.error());
       }
+      leaving_.emplace(track_id, LeavingPoints(object.points, *intensities));
+    }
+    return {};
+  }
+
+  [[nodiscard]] Result<Intensities> background_intensities() const {
+    Result<Intensities> intensities = point_intensities(run_, 0);
+    if (!intensities) {
+      return intensities;
+    }
+    for (const auto& [point_id, whole] : refined_.measured.part_of) {
+      if (const auto known = intensities->find(whole); known != intensities->end()) {
+        intensities->emplace(point_id, known->second);
+      }
+    }
+    return intensities;
+  }
+
+  /// With those of the tracks joined to it.
+  [[nodiscard]] Result<Intensities> object_intensities(std::uint32_t track_id) const {
+    Result<Intensities> intensities = point_intensities(run_, track_id);
+    for (const auto& [joined, into] : refined_.goes_on_as) {
+      if (!intensities || into != track_id) {
+        continue;
+      }
+      Result<Intensities> more = point_intensities(run_, joined);
+      if (!more) {
+        return more;
+      }
+      intensities->merge(*more);
     }
     return intensities;
   }

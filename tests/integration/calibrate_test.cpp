@@ -109,7 +109,7 @@ TEST_F(Calibrate, WhereNothingCanBeWrittenNoImageIsLookedAt) {
     EXPECT_EQ(run_kinetrace(arguments).exit_code, 64) << "no --out";
     arguments.insert(arguments.end(), {"--out", file});
     const ProgramResult result = run_kinetrace(arguments);
-    EXPECT_EQ(result.exit_code, 74) << result.err;
+    EXPECT_EQ(result.exit_code, kCannotCreate) << result.err;
     EXPECT_THAT(result.err, HasSubstr(file + ": "));
     EXPECT_THAT(result.err, HasSubstr("name another folder"));
   }
@@ -124,6 +124,21 @@ TEST_F(Calibrate, RefusesWhatItDoesNotUseWithoutATarget) {
     arguments.insert(arguments.end(), unused.begin(), unused.end());
     expect_refusal(run_kinetrace(arguments), kUsage, unused.front());
   }
+}
+
+TEST_F(Calibrate, ChoosesAmongTheContentsOfEitherRecording) {
+  for (const char* recording : {"--dataset", "--self"}) {
+    for (const char* choice : {"--sequence", "--cameras"}) {
+      const bool is_self = recording == std::string("--self");
+      const ProgramResult result =
+          run_kinetrace({"calibrate", recording, "kitti-raw:nowhere", choice, "color",
+                         is_self ? "--baseline" : "--target", is_self ? "0.1" : kBoard, "--out", out()});
+      expect_refusal(result, kNoInput, "nowhere");
+    }
+  }
+  expect_refusal(
+      run_kinetrace({"calibrate", "--camera", "rig.yaml", "--sequence", "1", "--target", kBoard, "--out", out()}),
+      kUsage, "--camera");
 }
 
 TEST_F(Calibrate, AFileOfAnotherKindIsKept) {

@@ -149,6 +149,7 @@ TEST_F(Evaluate, PrintsATable) {
   EXPECT_THAT(result.out, AllOf(HasSubstr("t_rel"), HasSubstr("coverage                     100.00  %"),
                                 HasSubstr("false moving tracks               0"), HasSubstr("HOTA")));
   EXPECT_THAT(evaluate(world_->truth(), {"--quiet"}).out, IsEmpty());
+  EXPECT_EQ(evaluate(world_->truth(), {"--quiet", "--json"}).out, text_of(run() / "evaluation.json"));
 }
 
 TEST_F(Evaluate, SaysThatTwoRunsAreOfDifferentFrames) {

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <sys/stat.h>
 #include <thread>
 #include <vector>
 
@@ -121,6 +122,55 @@ TEST_F(Refine, RefusesDamagedObservations) {
   ASSERT_EQ(run().exit_code, 0);
   truncate_file(path("run/observations.bin"), fs::file_size(path("run/observations.bin")) - 10);
   expect_refusal(refine(), kBadData, "observations.bin");
+}
+
+TEST_F(Refine, DoesNotWaitForAPipeInTheRunFolder) {
+  ASSERT_EQ(run().exit_code, 0);
+  for (const char* name : {"observations.bin", "points/background.ply", "colmap/background/images.txt"}) {
+    const std::string file = path("run/") + name;
+    fs::rename(file, file + ".kept");
+    ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    expect_refusal(refine(), kBadData, file + ": is a named pipe");
+    EXPECT_FALSE(fs::exists(path("refined")));
+    fs::remove(file);
+    fs::rename(file + ".kept", file);
+  }
+  fs::remove(path("run/observations.bin"));
+  ASSERT_EQ(::mkfifo(path("run/observations.bin").c_str(), 0600), 0);
+  EXPECT_EQ(run_kinetrace({"figure", path("run"), "--quiet"}).exit_code, 0);
+}
+
+TEST_F(Refine, TakesItsCommandLineAsItIs) {
+  const auto refusal = [](std::vector<std::string> arguments, const std::string& culprit) {
+    arguments.insert(arguments.begin(), "refine");
+    expect_refusal(run_kinetrace(arguments), kNoInput, culprit);
+  };
+  refusal({"--out", path("refined"), "--", "-z"}, "-z");
+  ASSERT_EQ(run().exit_code, 0);
+  EXPECT_THAT(refine({"--quiet=false"}).out, HasSubstr("Refined 12 frames"));
+  EXPECT_THAT(refine({"--quiet=true"}).out, ::testing::IsEmpty());
+  fs::rename(recording_.root, path("moved"));
+  EXPECT_THAT(refine({"--no-images=false"}).err, HasSubstr("points were not measured again"));
+  EXPECT_THAT(refine({"--no-images"}).err, ::testing::IsEmpty());
+}
+
+TEST_F(Refine, PrintsWhatItWrote) {
+  ASSERT_EQ(run().exit_code, 0);
+  const ProgramResult result = refine({"--json", "--quiet"});
+  EXPECT_EQ(result.out, text_of(path("refined/run.json")));
+}
+
+TEST_F(Refine, HoldsItsFolderFromTheStart) {
+  recording_.frames = 60;
+  recording_.write();
+  ASSERT_EQ(run().exit_code, 0);
+  Program first({"refine", path("run"), "--out", path("refined")});
+  for (int i = 0; i < 60'000 && !fs::exists(path("refined")); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  expect_refusal(refine(), kCannotCreate, "another run");
+  first.send(SIGINT);
+  EXPECT_EQ(first.wait().exit_code, 128 + SIGINT);
 }
 
 TEST_F(Refine, TakesWhatARunHasLeftThatWasKilled) {
@@ -238,6 +288,43 @@ TEST_F(Refine, FollowsARunThatAsksForIt) {
   EXPECT_EQ(refined.at("dataset").at("refined_from"), path("run.online"));
   const Json online = Json::parse(text_of(path("run.online/run.json")));
   EXPECT_EQ(online.at("config").at("features").at("max_features"), 4000);
+}
+
+TEST_F(Refine, FollowsARunAndPrintsTheRefinedOne) {
+  const ProgramResult result = run({"--refine", "batch", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.out, text_of(path("run/run.json")));
+}
+
+TEST_F(Refine, FollowsARunIntoTheFolderInWhichItWasStarted) {
+  fs::create_directories(path("here"));
+  const ProgramResult result = run_in_shell("cd '" + path("here") + "' && $kinetrace run --dataset '" +
+                                            recording_.dataset() + "' --segmentation none --refine batch --out .");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(path("here/run.json")));
+  EXPECT_TRUE(fs::exists(path("here.online/run.json")));
+  const ProgramResult dashed = run_in_shell("cd '" + path("here") + "' && $kinetrace run --dataset '" +
+                                            recording_.dataset() + "' --segmentation none --refine batch --out=-x");
+  ASSERT_EQ(dashed.exit_code, 0) << dashed.err;
+  EXPECT_TRUE(fs::exists(path("here/-x/run.json")));
+}
+
+TEST_F(Refine, IsLeftOutAfterARunThatWasStopped) {
+  ASSERT_EQ(run().exit_code, 0);
+  const std::string before = text_of(path("run/run.json"));
+  recording_.frames = 120;
+  recording_.write();
+  Program program({"run", "--dataset", recording_.dataset(), "--segmentation", "none", "--refine", "batch", "--quiet",
+                   "--out", path("run")});
+  const fs::path rows = path("run.online/camera.tum");
+  for (int i = 0; i < 60'000 && (!fs::exists(rows) || fs::file_size(rows) == 0); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  program.send(SIGINT);
+  const ProgramResult result = program.wait();
+  EXPECT_EQ(result.exit_code, 128 + SIGINT);
+  EXPECT_THAT(result.err, HasSubstr("what it computed is in " + path("run.online")));
+  EXPECT_EQ(text_of(path("run/run.json")), before);
 }
 
 TEST_F(Refine, FollowsARunWithTheSettingsThatItHas) {

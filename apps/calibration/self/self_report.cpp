@@ -120,7 +120,7 @@ std::string report_json(const SelfCalibration& result, const std::string& images
         {{"depth_m", depth_m}, {"sigma_m", depth_m * depth_sigma(result.rig, result.covariance, depth_m)}});
   }
   json["covariance"] = covariance_json(result.covariance);
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace kinetrace::self_calibration

@@ -14,6 +14,11 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
                                       "A recording of anything, on the move: the calibration is found from it and the "
                                       "length of the baseline alone")
                          ->type_name("LAYOUT:PATH");
+  // These choose among the contents of either recording.
+  for (const char* name : {"--sequence", "--cameras"}) {
+    command.get_option(name)->remove_needs(command.get_option("--dataset"));
+    command.get_option(name)->excludes(command.get_option("--camera"));
+  }
   auto* const known = command.add_option_group("Known", "What is known: one of");
   known->require_option(1);
   known->add_option("--baseline", options.baseline_m, "With --self: the distance of the two lenses")

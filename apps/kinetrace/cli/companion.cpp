@@ -16,26 +16,42 @@
 namespace kinetrace::app {
 namespace {
 
-// The given options, unchanged.
-void append_given(const CLI::App& command, std::vector<std::string>& arguments) {
+/// A flag as it was given in the end: --quiet --quiet=false is none. Flags declared as "!--no-x" set their variable to
+/// false.
+std::string given_flag(const CLI::Option& flag) {
+  const bool is_negated = !flag.get_fnames().empty();
+  return flag.get_name() + (flag.as<bool>() != is_negated ? "=true" : "=false");
+}
+
+/// The given options, each in one word, so that no value is taken for an option.
+void append_given(const CLI::App& command, std::vector<std::string>& options, std::vector<std::string>& positionals) {
   for (const CLI::Option* option : command.get_options()) {
     if (option->count() == 0 || option->get_name() == "--help") {
       continue;
     }
     if (option->get_expected_max() == 0) {
-      arguments.push_back(option->get_name());
+      options.push_back(given_flag(*option));
       continue;
     }
     for (const std::string& value : option->results()) {
-      if (!option->get_positional()) {
-        arguments.push_back(option->get_name());
-      }
-      arguments.push_back(value);
+      option->get_positional() ? positionals.push_back(value) : options.push_back(option->get_name() + "=" + value);
     }
   }
   for (const CLI::App* group : command.get_subcommands([](const CLI::App*) { return true; })) {
-    append_given(*group, arguments);
+    append_given(*group, options, positionals);
   }
+}
+
+/// The command line as it was given.
+std::vector<std::string> given(const CLI::App& command) {
+  std::vector<std::string> words;
+  std::vector<std::string> positionals;
+  append_given(command, words, positionals);
+  if (!positionals.empty()) {
+    words.emplace_back("--");
+    words.insert(words.end(), positionals.begin(), positionals.end());
+  }
+  return words;
 }
 
 }  // namespace
@@ -68,7 +84,7 @@ int exec_companion(const Companion& companion, std::vector<std::string> argument
 
 Action forward_options(CLI::App& command, std::shared_ptr<void> options, const Companion& companion) {
   const auto arguments = std::make_shared<std::vector<std::string>>();
-  command.callback([&command, options = std::move(options), arguments] { append_given(command, *arguments); });
+  command.callback([&command, options = std::move(options), arguments] { *arguments = given(command); });
   return [arguments, companion] { return exec_companion(companion, *arguments); };
 }
 

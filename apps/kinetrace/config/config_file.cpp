@@ -17,6 +17,7 @@ namespace kinetrace::app {
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
+constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // Of bytes in paths that are not UTF-8.
 
 std::string at_line(const std::string& name, const YAML::Mark& mark) {
   return name + ":" + std::to_string(mark.line + 1) + ": ";
@@ -92,7 +93,7 @@ std::vector<std::string> split_key(const std::string& key) {
 
 std::string yaml_value(const ConfigField& field) {
   // A JSON string is a YAML double-quoted string.
-  return field.is_text() ? nlohmann::json(value_text(field)).dump() : value_text(field);
+  return field.is_text() ? nlohmann::json(value_text(field)).dump(-1, ' ', false, kReplace) : value_text(field);
 }
 
 nlohmann::ordered_json json_value(const ConfigField& field) {
@@ -195,7 +196,7 @@ std::string to_json(const ConfigFields& fields) {
     }
     *node = json_value(field);
   }
-  return root.dump(2);
+  return root.dump(2, ' ', false, kReplace);
 }
 
 }  // namespace kinetrace::app

@@ -305,7 +305,7 @@ int evaluate_command(const EvaluateOptions& options) {
     check_same_frames(*evaluation, *against);
     text = evaluation::comparison_table(*evaluation, *against);
   }
-  if (!options.quiet) {
+  if (options.json || !options.quiet) {
     std::fputs(text.c_str(), stdout);
   }
   return check_conditions(*conditions, json);

@@ -21,6 +21,7 @@ void add_refine_options(CLI::App& command, RefineOptions& options) {
                   "truth as CSV) or csv (columns timestamp_ns, latitude, longitude, height)")
       ->type_name("FORMAT:PATH");
   add_reference_options(command, options.reference);
+  command.add_flag("--json", options.json, "Prints run.json on standard output instead of the summary");
   command.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }
 

@@ -19,6 +19,7 @@ struct RefineOptions {
                         ///< are searched.
   bool loops = true;
   ReferenceOptions reference;  ///< Empty source: none.
+  bool json = false;
   bool quiet = false;
 };
 

@@ -64,7 +64,7 @@ std::string bench_json(const BenchReport& report) {
   for (const auto& [name, timing] : report.stages) {
     json["stage_ms"][name] = timing_json(timing);
   }
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 Result<BenchReport> read_bench_report(const std::filesystem::path& path) {

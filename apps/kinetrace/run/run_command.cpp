@@ -1,4 +1,5 @@
 // The main command.
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -20,6 +21,8 @@
 
 namespace kinetrace::app {
 namespace {
+
+namespace fs = std::filesystem;
 
 Outcome<RunReport> run(const RunOptions& options) {
   Outcome<RunSetup> setup = RunSetup::create(options);
@@ -53,7 +56,26 @@ int run_command(const RunOptions& options) {
   return outcome->summary().exit_status;
 }
 
-// The online run stays beside the refined one, as DIR.online.
+/// With a name of its own, which "." and "a/" do not have.
+fs::path named_folder(const fs::path& out) {
+  const fs::path folder = fs::absolute(out).lexically_normal();
+  return folder.has_filename() ? folder : folder.parent_path();
+}
+
+int refine_batch(const RunOptions& options, const fs::path& online) {
+  std::vector<std::string> arguments{"--out=" + named_folder(options.out).string()};
+  if (options.json) {
+    arguments.emplace_back("--json");
+  }
+  if (options.json || options.quiet) {
+    arguments.emplace_back("--quiet");
+  }
+  arguments.emplace_back("--");
+  arguments.push_back(online.string());
+  return exec_companion(kRefineCompanion, arguments);
+}
+
+/// The online run stays beside the refined one, as DIR.online.
 int run_and_refine(const RunOptions& options) {
   if (options.refine.empty()) {
     return run_command(options);
@@ -65,15 +87,20 @@ int run_and_refine(const RunOptions& options) {
     return report({ExitCode::kCannotCreate, usable.error().message});
   }
   RunOptions online = options;
-  online.out = (options.out.has_filename() ? options.out : options.out.parent_path()).string() + ".online";
-  if (const int failed = run_command(online); failed != 0) {
+  online.out = named_folder(options.out).string() + ".online";
+  const Outcome<RunReport> outcome = run(online);
+  if (!outcome) {
+    return report(outcome.error());
+  }
+  if (const int failed = outcome->summary().exit_status; failed != 0) {
+    outcome->print();
+    print_warning(options.out.string() + ": was not written, since the run ended early; what it computed is in " +
+                  online.out.string());
     return failed;
   }
-  std::vector<std::string> arguments{online.out.string(), "--out", options.out.string()};
-  if (options.quiet || options.json) {
-    arguments.emplace_back("--quiet");
-  }
-  return exec_companion(kRefineCompanion, arguments);
+  // With --json, run.json of the refined run is what is printed.
+  options.json ? outcome->print_warnings() : outcome->print();
+  return refine_batch(options, online.out);
 }
 
 void add_options(CLI::App& run, RunOptions& options) {
@@ -95,8 +122,10 @@ void add_options(CLI::App& run, RunOptions& options) {
          "DIR.online the one before. Takes 4000 features, unless --set says otherwise, and memory and time accordingly")
       ->type_name("HOW")
       ->check(CLI::IsMember({"batch"}));
-  run.add_flag("--images", options.images,
-               "Also writes the rectified left images into the run folder: those that its COLMAP models are of");
+  run.add_flag(
+      "--images", options.images,
+      "Also writes the rectified left images into the run folder, with --refine into DIR.online: those that its "
+      "COLMAP models are of");
   run.add_option(
          "--save-calibration", options.save_calibration,
          "Writes the calibration as the run has corrected it, in OpenCV's YAML, for the next start; replaces an "

@@ -193,12 +193,16 @@ void RunReport::finish(const GuardedCamera& camera, const Processed& processed, 
   }
 }
 
-void RunReport::print() const {
+void RunReport::print_warnings() const {
   for (const std::string& warning : summary_.warnings) {
     if (!was_reported(warning)) {
       print_warning(warning);
     }
   }
+}
+
+void RunReport::print() const {
+  print_warnings();
   if (options_.json) {
     std::cout << std::ifstream(options_.out / "run.json").rdbuf();
   } else if (!options_.quiet) {

@@ -74,6 +74,8 @@ class RunReport {
   [[nodiscard]] const recording::RunSummary& summary() const noexcept { return summary_; }
   /// Prints a few lines, or run.json with --json. Warnings go to standard error.
   void print() const;
+  /// Only the warnings that have not been printed yet.
+  void print_warnings() const;
 
  private:
   [[nodiscard]] bool was_reported(const std::string& warning) const;

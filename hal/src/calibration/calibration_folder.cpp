@@ -1,6 +1,9 @@
 // Finds the only calibration among the files beside the images, or among those that a camera's configuration names.
 #include <algorithm>
 #include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "calibration/calibration_files.hpp"
 #include "calibration/kitti_calibration.hpp"
@@ -67,6 +70,36 @@ Result<RigCalibration> read_any(const fs::path& path, const ImageSize& size) {
   return read_document(path, size);
 }
 
+bool is_same(const CameraModel& a, const CameraModel& b) {
+  return a.lens == b.lens && a.width_px == b.width_px && a.height_px == b.height_px && a.fx_px == b.fx_px &&
+         a.fy_px == b.fy_px && a.cx_px == b.cx_px && a.cy_px == b.cy_px && a.distortion == b.distortion;
+}
+
+bool is_same(const RigCalibration& a, const RigCalibration& b) {
+  constexpr double kRounding = 1e-12;
+  return is_same(a.left, b.left) && is_same(a.right, b.right) &&
+         a.T_right_left.rotation.isApprox(b.T_right_left.rotation, kRounding) &&
+         a.T_right_left.translation.isApprox(b.T_right_left.translation, kRounding);
+}
+
+/// A calibration that is there in OpenCV's and Kalibr's form, as kinetrace calibrate writes it; none if the two differ.
+std::optional<RigCalibration> read_both_forms(const std::vector<YamlDocument>& opencv, const YamlDocument& kalibr,
+                                              const ImageSize& size) {
+  Result<RigCalibration> rig = read_opencv_stereo(opencv, size);
+  const Result<RigCalibration> other = read_kalibr_camchain(kalibr);
+  return rig && other && is_same(*rig, *other) ? std::optional(std::move(*rig)) : std::nullopt;
+}
+
+Unexpected<Error> several_calibrations(const fs::path& root, const std::vector<std::vector<YamlDocument>>& kinds) {
+  std::string names;
+  for (const std::vector<YamlDocument>& files : kinds) {
+    for (const YamlDocument& file : files) {
+      names += (names.empty() ? "" : ", ") + file.path().filename().string();
+    }
+  }
+  return fail(ErrorCode::kBadCalibration, concat(root.string(), ": holds several calibrations: ", names, "; keep one"));
+}
+
 }  // namespace
 
 Result<std::vector<YamlDocument>> load_yaml_files(const fs::path& folder) {
@@ -101,7 +134,11 @@ Result<RigCalibration> read_yaml_calibration(const fs::path& root, const std::ve
     return fail(ErrorCode::kNotFound, concat("no calibration: looked in ", root.string(), " for ", kLookedFor));
   }
   if (kinds > 1 || kalibr.size() > 1 || opencv.size() > 2) {
-    return fail(ErrorCode::kBadCalibration, concat(root.string(), ": holds several calibrations; keep one"));
+    std::optional<RigCalibration> rig;
+    if (ros.empty() && kalibr.size() == 1 && opencv.size() <= 2) {
+      rig = read_both_forms(opencv, kalibr.front(), size);
+    }
+    return rig ? Result<RigCalibration>(std::move(*rig)) : several_calibrations(root, {kalibr, ros, opencv});
   }
   if (!kalibr.empty()) {
     return read_kalibr_camchain(kalibr.front());

@@ -9,6 +9,8 @@
 #include <system_error>
 #include <unistd.h>
 
+#include "kinetrace/core/input_file.hpp"
+
 namespace kinetrace::recording {
 namespace {
 
@@ -23,6 +25,16 @@ int write_all(int descriptor, std::span<const std::byte> data) noexcept {
     }
   }
   return 0;
+}
+
+/// Does not wait for the other end of a named pipe, but refuses it.
+Result<FileHandle> open_regular(const std::filesystem::path& path) {
+  const InPlaceResult<InputFile> input = InputFile::open(path.c_str());
+  if (!input) {
+    return Unexpected(input.error());
+  }
+  FileHandle file(::fcntl(input->descriptor(), F_DUPFD_CLOEXEC, 0));
+  return file.is_open() ? Result<FileHandle>(std::move(file)) : file_error("open", path, errno);
 }
 
 }  // namespace
@@ -48,8 +60,11 @@ Unexpected<Error> file_error(std::string_view operation, const std::filesystem::
 }
 
 Result<FileHandle> open_file(const std::filesystem::path& path, OpenMode mode) {
+  if (mode == OpenMode::kRead) {
+    return open_regular(path);
+  }
   constexpr mode_t kPermissions = 0666;  // Narrowed by the user's umask.
-  const int flags = mode == OpenMode::kRead     ? O_RDONLY
+  const int flags = mode == OpenMode::kFolder   ? O_RDONLY | O_DIRECTORY
                     : mode == OpenMode::kCreate ? O_RDWR | O_CREAT | O_TRUNC
                                                 : O_RDWR;
   FileHandle file(::open(path.c_str(), flags | O_CLOEXEC, kPermissions));

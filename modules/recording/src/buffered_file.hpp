@@ -38,9 +38,10 @@ class FileHandle {
   int descriptor_ = -1;
 };
 
-enum class OpenMode { kRead, kCreate, kUpdate };
+enum class OpenMode { kRead, kFolder, kCreate, kUpdate };
 
-/// Opens `path`; kCreate truncates. The error names the file and the system's reason.
+/// Opens `path`; kRead takes regular files only and never waits, kFolder opens a folder, kCreate truncates. The error
+/// names the file and the reason.
 [[nodiscard]] Result<FileHandle> open_file(const std::filesystem::path& path, OpenMode mode);
 [[nodiscard]] Result<std::uint64_t> file_size(const FileHandle& file, const std::filesystem::path& path);
 /// Whole reads and writes at an offset; a short one is an error.

@@ -7,7 +7,7 @@ namespace kinetrace::recording {
 
 FolderLock FolderLock::take(const std::filesystem::path& directory, FolderUse use) {
   FolderLock lock;
-  Result<FileHandle> folder = open_file(directory, OpenMode::kRead);
+  Result<FileHandle> folder = open_file(directory, OpenMode::kFolder);
   if (!folder) {
     return lock;
   }

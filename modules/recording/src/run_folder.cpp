@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <system_error>
 
 #include "buffered_file.hpp"
@@ -111,9 +110,7 @@ bool is_known(std::string_view path) {
 }
 
 bool is_run_folder(const fs::path& directory) {
-  std::ifstream readme(directory / "README.txt");
-  std::string line;
-  return std::getline(readme, line) && line == kMarker;
+  return begins_with(directory / "README.txt", std::string(kMarker) + "\n");
 }
 
 /// Removes the files of an earlier run. Folders with other files stay.

@@ -3,6 +3,7 @@
 #include <clocale>
 #include <limits>
 #include <string>
+#include <sys/stat.h>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -83,6 +84,20 @@ TEST(BufferedWriter, IgnoresEverythingWhenSwitchedOff) {
   EXPECT_FALSE(off.is_open());
   EXPECT_TRUE(off.flush());
   EXPECT_TRUE(off.close());
+}
+
+TEST(OpenFile, NeitherWaitsNorReadsFromAPipeOrADevice) {
+  const TemporaryFolder folder;
+  const std::filesystem::path pipe = folder.path() / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::filesystem::path& path : {pipe, std::filesystem::path("/dev/zero"), folder.path()}) {
+    const Result<FileHandle> file = open_file(path, OpenMode::kRead);
+    ASSERT_FALSE(file) << path;
+    EXPECT_EQ(file.error().code, ErrorCode::kBadFormat);
+    EXPECT_TRUE(file.error().message.starts_with(path.string() + ": is a ")) << file.error().message;
+  }
+  EXPECT_TRUE(open_file(folder.path(), OpenMode::kFolder));
+  EXPECT_FALSE(open_file(pipe, OpenMode::kFolder));
 }
 
 TEST(ReadAt, ReportsAFileThatIsTooShort) {

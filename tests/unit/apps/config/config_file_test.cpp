@@ -65,6 +65,13 @@ class ConfigFile : public ::testing::Test {
       (std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) + ".yaml");
 };
 
+TEST_F(ConfigFile, IsWrittenWithPathsThatAreNotUtf8) {
+  lamp_.colour = "warm\xff";
+  const std::string replaced = "\"warm\xef\xbf\xbd\"";
+  EXPECT_THAT(to_yaml(fields_of(lamp_)), HasSubstr("colour: " + replaced + "\n"));
+  EXPECT_THAT(to_json(fields_of(lamp_)), HasSubstr("\"colour\": " + replaced));
+}
+
 TEST_F(ConfigFile, AliasesOfThemselvesEndAtTheFirstUnknownKey) {
   EXPECT_THAT(error_of("bulbs: &b {inner: *b}\n"), HasSubstr(":1: "));
   EXPECT_THAT(error_of("a: &a {b: *a}\n"), HasSubstr(":1: "));

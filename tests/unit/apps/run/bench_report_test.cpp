@@ -37,6 +37,12 @@ TEST(BenchReport, ComesBackFromItsFile) {
   EXPECT_EQ(read->frame.count, 80U);
 }
 
+TEST(BenchReport, IsWrittenForARecordingWhoseNameIsNotUtf8) {
+  BenchReport report = report_of(4.0, 8.0);
+  report.dataset = "kitti-raw:drive\xff";
+  EXPECT_THAT(bench_json(report), HasSubstr("\"kitti-raw:drive\xef\xbf\xbd\""));
+}
+
 TEST(BenchReport, WhatIsNoReportIsNamed) {
   const test::TempFolder folder;
   const auto absent = read_bench_report(folder.file("none.json"));

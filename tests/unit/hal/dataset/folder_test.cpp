@@ -181,7 +181,22 @@ TEST_F(Folder, RefusesToGuessBetweenCalibrations) {
   add_images("left", "right");
   add_text("a.yaml", kalibr("radtan", "-0.1"));
   add_text("b.yaml", "%YAML:1.0\n---\n" + opencv_intrinsics("K", "D") + opencv_extrinsics("-0.2, 0, 0"));
-  expect_error(ErrorCode::kBadCalibration, "several calibrations; keep one");
+  expect_error(ErrorCode::kBadCalibration, "holds several calibrations: a.yaml, b.yaml; keep one");
+}
+
+TEST_F(Folder, TakesOneCalibrationInTwoForms) {
+  add_images("left", "right");
+  add_text("camchain.yaml", kalibr("radtan", "-0.1"));
+  const auto alone = open();
+  ASSERT_TRUE(alone) << alone.error().message;
+  const std::filesystem::path other = folder_.path() / "calibration.yaml";
+  ASSERT_TRUE(write_rig_calibration(alone->calibration, other, CalibrationFormat::kOpencv));
+  const auto both = open();
+  ASSERT_TRUE(both) << both.error().message;
+  EXPECT_EQ(both->calibration.source, other.string());
+  EXPECT_EQ(both->calibration.right.fx_px, alone->calibration.right.fx_px);
+  add_text("camchain.yaml", kalibr("radtan", "-0.2"));
+  expect_error(ErrorCode::kBadCalibration, "holds several calibrations: camchain.yaml, calibration.yaml; keep one");
 }
 
 TEST_F(Folder, ReportsOpencvProblems) {
