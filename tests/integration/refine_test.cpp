@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -73,6 +75,18 @@ class Refine : public ::testing::Test {
       }
     }
   }
+  /// Adds `difference` to a number of 32 bits in every record of the run's observations.bin.
+  void change_observations(std::size_t offset_in_record, std::int32_t difference) const {
+    constexpr std::size_t kRecord = 24;  // The header is as long.
+    std::string bytes = text_of(path("run/observations.bin"));
+    for (std::size_t at = kRecord + offset_in_record; at < bytes.size(); at += kRecord) {
+      std::int32_t value = 0;
+      std::memcpy(&value, bytes.data() + at, sizeof value);
+      value += difference;
+      std::memcpy(bytes.data() + at, &value, sizeof value);
+    }
+    std::ofstream(path("run/observations.bin"), std::ios::binary) << bytes;
+  }
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
   TempFolder folder_;
@@ -122,6 +136,28 @@ TEST_F(Refine, RefusesDamagedObservations) {
   ASSERT_EQ(run().exit_code, 0);
   truncate_file(path("run/observations.bin"), fs::file_size(path("run/observations.bin")) - 10);
   expect_refusal(refine(), kBadData, "observations.bin");
+}
+
+TEST_F(Refine, KnowsTheFramesOfARecordingWhoseFirstOnesAreMissing) {
+  ASSERT_EQ(run({"--fault", "drop@0-2"}).exit_code, 0);
+  EXPECT_THAT(text_of(path("run/camera_frames.csv")), HasSubstr("frame,timestamp_ns\n3,"));
+  EXPECT_EQ(refine().exit_code, 0);
+  EXPECT_EQ(text_of(path("refined/camera_frames.csv")), text_of(path("run/camera_frames.csv")));
+  EXPECT_EQ(fs::file_size(path("refined/observations.bin")), fs::file_size(path("run/observations.bin")));
+}
+
+TEST_F(Refine, SaysIfItRefinedNothing) {
+  ASSERT_EQ(run().exit_code, 0);
+  change_observations(0, 5);  // Track ids: no background is left.
+  const ProgramResult result = refine();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("the camera's path was not refined"));
+}
+
+TEST_F(Refine, RefusesObservationsOfOtherFrames) {
+  ASSERT_EQ(run().exit_code, 0);
+  change_observations(8, 7);  // Frame numbers.
+  expect_refusal(refine(), kBadData, "is none of the run's");
 }
 
 TEST_F(Refine, DoesNotWaitForAPipeInTheRunFolder) {

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
+#include <cstring>
 #include <fcntl.h>
-#include <fstream>
 #include <string>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
+#include <vector>
+
+#include "kinetrace/core/input_file.hpp"
 
 namespace kinetrace {
 namespace {
@@ -174,9 +178,9 @@ Status check_same_kind(const fs::path& path, const FileKind& kind) {
 }
 
 bool begins_with(const fs::path& path, std::string_view text) {
-  std::ifstream file(path, std::ios::binary);
-  std::string begin(text.size(), '\0');
-  return file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == text;
+  InPlaceResult<InputFile> file = InputFile::open(path.c_str());
+  std::vector<std::uint8_t> begin(text.size());
+  return file && file->read(0, begin) == begin.size() && std::memcmp(begin.data(), text.data(), text.size()) == 0;
 }
 
 bool is_inside(const fs::path& path, const fs::path& folder) {

@@ -117,6 +117,14 @@ TEST(CheckSameKind, LetsAResultReplaceAnEarlierResultOnly) {
   }
 }
 
+TEST(BeginsWith, DoesNotWaitForAPipe) {
+  const test::TempFolder folder;
+  const std::filesystem::path pipe = folder.path() / "README.txt";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_FALSE(begins_with(pipe, "mine"));
+  EXPECT_FALSE(begins_with(folder.path() / "nothing", "mine"));
+}
+
 TEST(IsInside, KnowsFoldersByWhereTheyAre) {
   const test::TempFolder scratch;
   const std::filesystem::path folder = scratch.path() / "recording";
