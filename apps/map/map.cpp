@@ -66,7 +66,7 @@ int write_all(const MapOptions& options, const recording::Run& run, const MapRep
   if (const Status reported = written ? replace_file(folder / kReport, json) : written; !reported) {
     return app::report(app::to_failure(reported.error()));
   }
-  if (!options.quiet) {
+  if (options.json || !options.quiet) {
     std::fputs(options.json ? json.c_str() : report_text(report).c_str(), stdout);
   }
   if (!is_aligned) {

@@ -93,7 +93,10 @@ TEST_F(Figure, NothingButAnEarlierPictureIsReplaced) {
     EXPECT_THAT(result.err, HasSubstr(text));
     EXPECT_EQ(bytes(file), kept) << file;
   };
-  expect_kept({"--overlay", image.parent_path().string()}, image, "holds the recording's images");
+  expect_kept({"--overlay", image.parent_path().string()}, image, "lies among the recording's images");
+  for (const std::filesystem::path& beside : {image.parent_path() / "mine", image.parent_path().parent_path()}) {
+    expect_kept({"--overlay", beside.string()}, image, "lies among the recording's images");
+  }
   expect_kept({"--film", recording_.image(1, 0).parent_path().string()}, recording_.image(1, 0), "name another folder");
   expect_kept({"--overlay", copies.string()}, copies / image.filename(), "is no picture of an earlier figure");
   expect_kept({"--out", image.string()}, image, "is no picture of an earlier figure");

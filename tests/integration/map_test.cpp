@@ -194,8 +194,9 @@ TEST_F(Map, AGpxOfItsOwnIsAReferenceToo) {
   ASSERT_EQ(map({"--dof", "4", "--quiet"}).exit_code, 0);
   const std::string gpx = (run() / "map" / "trajectories.gpx").string();
   // The first track is the camera's; the car's, later in the file, has the same times and is left out.
-  const ProgramResult again = run_kinetrace({"map", run().string(), "--reference", "gpx:" + gpx, "--dof", "6",
-                                             "--drift", "0", "--json", "--out", (scratch_.path() / "again").string()});
+  const ProgramResult again =
+      run_kinetrace({"map", run().string(), "--reference", "gpx:" + gpx, "--dof", "6", "--drift", "0", "--json",
+                     "--quiet", "--out", (scratch_.path() / "again").string()});
   ASSERT_EQ(again.exit_code, 0) << again.err;
   const json about = json::parse(again.out);
   EXPECT_NEAR(about["time_offset_s"].get<double>(), truth_.time_offset_s, 0.02);

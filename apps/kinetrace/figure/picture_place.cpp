@@ -17,11 +17,12 @@ Status check_replaceable(const fs::path& file) {
 
 Status check_apart(const fs::path& directory, const hal::FrameList& recording) {
   for (const std::string& folder : {recording.left().folder, recording.right().folder}) {
+    // KITTI's image_00 holds `data`.
     std::error_code error;
-    if (!folder.empty() && fs::equivalent(directory, folder, error)) {
-      return fail(
-          ErrorCode::kOccupied,
-          directory.string() + ": holds the recording's images, which pictures would replace; name another folder");
+    if (!folder.empty() &&
+        (is_inside(directory, folder) || fs::equivalent(directory, fs::path(folder) / "..", error))) {
+      return fail(ErrorCode::kOccupied,
+                  directory.string() + ": lies among the recording's images; name another folder");
     }
   }
   return {};
