@@ -140,6 +140,28 @@ TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
   }
 }
 
+TEST_F(ObjectStateTest, StaysWhereItIsWhileAnOccluderFillsItsMaskForAFrame) {
+  const std::vector<Feature> own = front({0.0, 0.2, 15.0});
+  const PixelBox box = box_of(own);
+  const auto depth_m = [&] {
+    ObjectResult reported;
+    object_.report(reported);
+    return reported.T_world_obj.translation.z();
+  };
+  object_.begin(track(box));
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box), own);
+  }
+  ASSERT_EQ(object_.status(), BodyStatus::kTracked);
+  const double before_m = depth_m();
+  observe(object_, track(box), of_another(front({0.0, 0.2, 8.0})));
+  EXPECT_NEAR(depth_m(), before_m, 0.5);
+  for (int frame = 0; frame < 3; ++frame) {
+    observe(object_, track(box), own);
+  }
+  EXPECT_NEAR(depth_m(), before_m, 0.1);
+}
+
 // A moving object turns back while mostly occluded, with few features.
 TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen) {
   const double across_mps = 3.0;
