@@ -155,6 +155,19 @@ TEST(BoxEstimator, ATruckIsNoCar) {
       << watcher.estimate().size_m.transpose();
 }
 
+// Networks call it a vehicle.
+TEST(BoxEstimator, ATrolleyIsNoCar) {
+  for (const double azimuth_deg : {-90.0, 25.0, 130.0}) {
+    CarScene scene;
+    scene.car.size_m = {1.1, 1.2, 0.65};
+    scene.car.center_m.y() = -0.6;
+    Watcher watcher;
+    watcher.watch(scene, azimuth_deg * kRad, 6.0, 20);
+    EXPECT_LT((watcher.estimate().size_m - scene.car.size_m).cwiseAbs().maxCoeff(), 0.6)
+        << azimuth_deg << ": " << watcher.estimate().size_m.transpose();
+  }
+}
+
 TEST(BoxEstimator, StandsOnTheGroundThatTheCameraLooksDownUpon) {
   CarScene scene;
   Watcher watcher;

@@ -33,7 +33,8 @@ class KINETRACE_API SizeTable {
   static constexpr std::size_t kMaxKinds = 24;
   static constexpr std::uint16_t kOtherClasses = 0xffff;  ///< Classes without a kind of their own.
 
-  /// Cars, vans, trucks and buses; people; any of these for objects without a class (moving regions); other classes.
+  /// Cars, vans, trucks, buses, trolleys and scooters; people; any of these for objects without a class (moving
+  /// regions); other classes.
   SizeTable();
   /// The table of these kinds alone, grouped by class. Kinds beyond kMaxKinds are left out.
   explicit SizeTable(std::span<const KindOfObject> kinds);
