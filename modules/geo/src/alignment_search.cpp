@@ -44,11 +44,13 @@ Fit fit_robustly(std::span<const Match> matches, Freedom freedom, double drift_m
   };
   constexpr double kStep = 1.4;
   constexpr double kMaxControl = 1e12;
-  for (double control = std::min(2.0 * update(), kMaxControl); control > 1.0; control /= kStep) {
+  double control = std::min(2.0 * update(), kMaxControl);
+  while (control > 1.0) {
     for (std::size_t i = 0; i < matches.size(); ++i) {
       weights[i] = std::pow(control / (squares[i] + control), 2) / gates_m2[i];
     }
     update();
+    control /= kStep;
   }
   fit.cost = 0.0;
   for (const double square : squares) {

@@ -37,6 +37,7 @@ Geodetic middle_of(const std::vector<FileFix>& fixes) {
   Geodetic middle;
   for (double Geodetic::*const coordinate : {&Geodetic::latitude_deg, &Geodetic::longitude_deg, &Geodetic::height_m}) {
     std::vector<double> values;
+    values.reserve(fixes.size());
     for (const FileFix& fix : fixes) {
       values.push_back(fix.place.*coordinate);
     }

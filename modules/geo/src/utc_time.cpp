@@ -52,7 +52,7 @@ std::optional<std::int64_t> zone_ns(std::string_view text) {
       *hours > 14 || *minutes > 59) {
     return std::nullopt;
   }
-  const std::int64_t ahead_ns = (*hours * 60 + *minutes) * 60 * kSecond_ns;
+  const std::int64_t ahead_ns = std::int64_t{60} * (*hours * 60 + *minutes) * kSecond_ns;
   return text.front() == '+' ? ahead_ns : -ahead_ns;
 }
 

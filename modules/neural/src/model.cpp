@@ -95,7 +95,7 @@ Status ModelConfig::validate() const {
     return fail(ErrorCode::kInvalidConfig, "classes must name the network's classes, in its order");
   }
   for (const ModelClass& one : classes) {
-    const Status valid = first_failure({
+    Status valid = first_failure({
         check_range(one.name + ": thresholds.score", one.min_score, 0.F, 1.F),
         check_range(one.name + ": calibration.slope", one.calibration.slope, 0.01F, 100.F),
         check_range(one.name + ": calibration.even", one.calibration.even, 0.001F, 0.999F),
