@@ -19,7 +19,7 @@ struct MapFile {
 };
 constexpr std::array<MapFile, 6> kFiles{{
     {kReport, {"report of a map", [](const fs::path& path) { return begins_with(path, "{\n  \"verdict\": "); }}},
-    {kPicture, {"picture of a map", [](const fs::path& path) { return imaging::is_png(path.c_str(), 3, 8); }}},
+    {kPicture, {"picture of a map", &imaging::is_drawn_picture}},
     {kGeoJson, {"file of a map", [](const fs::path& path) { return begins_with(path, geo::kGeoJsonBegin); }}},
     {kKml, {"file of a map", [](const fs::path& path) { return begins_with(path, geo::kKmlBegin); }}},
     {kGpx, {"file of a map", [](const fs::path& path) { return begins_with(path, geo::kGpxBegin); }}},

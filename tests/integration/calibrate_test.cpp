@@ -20,7 +20,6 @@ namespace kinetrace::test {
 namespace {
 
 using calibration::Lens;
-using calibration::Target;
 using calibration::test::board_poses;
 using calibration::test::Motion;
 using calibration::test::true_rig;
@@ -49,7 +48,7 @@ class Calibrate : public ::testing::Test {
     std::uint32_t seed = 1;
     for (const Se3& pose : board_poses(rig, *target, motion, 7)) {
       std::string name = std::to_string(seed / 2);
-      name = std::string(6 - name.size(), '0') + name + ".pgm";
+      name.insert(0, 6 - name.size(), '0').append(".pgm");
       BoardImageFaults each = faults;
       each.covered = (seed / 2) % 3 == 0 ? faults.covered : 0.0;
       write_pgm(folder_.file("images/left/" + name), left.render(pose, each, seed++));

@@ -97,7 +97,7 @@ std::string angle(double degrees, int digits) {
 /// Times count from 13 September 2020, where `drive` begins.
 std::string nmea(const Fix& fix, const geo::LocalFrame& frame) {
   const Geodetic place = frame.to_geodetic(fix.enu_m);
-  const double day_s = std::fmod(static_cast<double>(fix.time_ns / 1'000'000) / 1000.0, 86400.0);
+  const double day_s = std::fmod(std::round(static_cast<double>(fix.time_ns) * 1e-6) * 1e-3, 86400.0);
   char clock[32];
   std::snprintf(clock, sizeof clock, "%02d%02d%06.3f", static_cast<int>(day_s / 3600.0),
                 static_cast<int>(std::fmod(day_s / 60.0, 60.0)), std::fmod(day_s, 60.0));

@@ -34,7 +34,11 @@ void append_given(const CLI::App& command, std::vector<std::string>& options, st
       continue;
     }
     for (const std::string& value : option->results()) {
-      option->get_positional() ? positionals.push_back(value) : options.push_back(option->get_name() + "=" + value);
+      if (option->get_positional()) {
+        positionals.push_back(value);
+      } else {
+        options.push_back(option->get_name() + "=" + value);
+      }
     }
   }
   for (const CLI::App* group : command.get_subcommands([](const CLI::App*) { return true; })) {

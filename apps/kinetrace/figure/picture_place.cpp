@@ -11,8 +11,7 @@ namespace kinetrace::figure {
 namespace fs = std::filesystem;
 
 Status check_replaceable(const fs::path& file) {
-  return check_same_kind(
-      file, {"picture of an earlier figure", [](const fs::path& path) { return imaging::is_png(path.c_str(), 3, 8); }});
+  return check_same_kind(file, {"picture of an earlier figure", &imaging::is_drawn_picture});
 }
 
 Status check_apart(const fs::path& directory, const hal::FrameList& recording) {

@@ -98,8 +98,11 @@ int run_and_refine(const RunOptions& options) {
                   online.out.string());
     return failed;
   }
-  // With --json, run.json of the refined run is what is printed.
-  options.json ? outcome->print_warnings() : outcome->print();
+  if (options.json) {
+    outcome->print_warnings();  // Of both runs, the refined one's run.json is printed.
+  } else {
+    outcome->print();
+  }
   return refine_batch(options, online.out);
 }
 

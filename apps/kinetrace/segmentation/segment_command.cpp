@@ -107,7 +107,7 @@ struct ResultKind {
 };
 constexpr std::array<ResultKind, 2> kResults{
     ResultKind{"masks", {"image of masks", [](const fs::path& path) { return imaging::is_png(path.c_str(), 1, 16); }}},
-    ResultKind{"overlay", {"overlay", [](const fs::path& path) { return imaging::is_png(path.c_str(), 3, 8); }}}};
+    ResultKind{"overlay", {"overlay", &imaging::is_drawn_picture}}};
 
 /// A result replaces neither its own picture nor any file but an earlier result. Errors: kInvalidArgument, kOccupied.
 Status check_place(const fs::path& picture, const fs::path& out) {

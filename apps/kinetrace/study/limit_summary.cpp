@@ -107,9 +107,7 @@ Status check_limit_places(const fs::path& directory) {
   return first_failure(
       {check_same_kind(directory / "limit.csv", {"table of a study of limits",
                                                  [](const fs::path& path) { return begins_with(path, kTableBegin); }}),
-       check_same_kind(directory / "limit.png", {"chart of a study of limits", [](const fs::path& path) {
-                                                   return imaging::is_png(path.c_str(), 3, 8);
-                                                 }})});
+       check_same_kind(directory / "limit.png", {"chart of a study of limits", &imaging::is_drawn_picture})});
 }
 
 Status write_limit_csv(const std::vector<LimitRun>& runs, const fs::path& directory) {

@@ -120,7 +120,7 @@ Status check_folder(const fs::path& path, std::string_view missing) {
 
 fs::path staged_path(const fs::path& path) {
   std::error_code error;
-  const fs::path target = target_of(path);
+  fs::path target = target_of(path);
   const fs::file_status status = fs::status(target, error);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     return target;

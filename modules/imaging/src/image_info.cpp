@@ -151,4 +151,8 @@ bool is_png(const char* path, int channels, int bit_depth) {
   return info && info->format == ImageFormat::kPng && info->channels == channels && info->bit_depth == bit_depth;
 }
 
+bool is_drawn_picture(const std::filesystem::path& path) {
+  return is_png(path.c_str(), 3, 8);
+}
+
 }  // namespace kinetrace::imaging

@@ -429,11 +429,11 @@ Status RunRecorder::finish(const RunSummary& summary) {
   if (!impl_->first_error || !closed) {
     return impl_->first_error ? closed : impl_->first_error;
   }
-  if (const Status converted = impl_->convert(); !converted) {
+  if (Status converted = impl_->convert(); !converted) {
     return converted;
   }
   const std::vector<FileEntry> files = list_files(impl_->config, impl_->counts);
-  if (const Status written = impl_->write_about(summary, "run.json", files); !written) {
+  if (Status written = impl_->write_about(summary, "run.json", files); !written) {
     return written;
   }
   const std::filesystem::path spool = impl_->config.directory / ".spool";

@@ -20,16 +20,11 @@ constexpr int kFrames = 6;
 class RunDetails : public ::testing::Test {
  protected:
   void SetUp() override {
-    recording::RecorderFixture fixture(recording::recording_config(folder_.path() / "run"));
-    ASSERT_TRUE(fixture.recorder) << fixture.recorder.error().message;
     recording::SyntheticRunConfig config;
     config.frames = kFrames;
     config.objects = {{.track_id = 3, .points = 12}};
     config.name_prefix = "image_";
-    ASSERT_TRUE(SyntheticRun(config).play(*fixture.recorder));
-    recording::RunSummary summary;
-    summary.frames = kFrames;
-    ASSERT_TRUE(fixture.recorder->finish(summary));
+    ASSERT_TRUE(recording::record_all(recording::recording_config(folder_.path() / "run"), config));
     Result<recording::Run> run = recording::read_run(folder_.path() / "run");
     ASSERT_TRUE(run) << run.error().message;
     run_ = std::move(*run);

@@ -22,17 +22,12 @@ const AdjustmentOptions kOptions{.threads = 1, .keep_going = [] { return true; }
 class RunRefinement : public ::testing::Test {
  protected:
   void SetUp() override {
-    recording::RecorderFixture fixture(recording::recording_config(folder_.path() / "run"));
-    ASSERT_TRUE(fixture.recorder) << fixture.recorder.error().message;
     recording::SyntheticRunConfig config;
     config.frames = kFrames;
     config.point_life_frames = kFrames;  // Otherwise all points change at once and leave frames unconnected.
     config.objects = {{.track_id = 3, .first_frame = 5, .points = 12}};
     config.name_prefix = "image_";
-    ASSERT_TRUE(SyntheticRun(config).play(*fixture.recorder));
-    recording::RunSummary summary;
-    summary.frames = kFrames;
-    ASSERT_TRUE(fixture.recorder->finish(summary));
+    ASSERT_TRUE(recording::record_all(recording::recording_config(folder_.path() / "run"), config));
   }
 
   /// The run, with drift and jitter of the path.

@@ -116,6 +116,7 @@ TEST_F(ReadImageInfo, TellsAPngOfOneKindFromOthers) {
   EXPECT_TRUE(is_png(path_.c_str(), 3, 8));
   EXPECT_FALSE(is_png(path_.c_str(), 1, 8));
   EXPECT_FALSE(is_png(path_.c_str(), 3, 16));
+  EXPECT_TRUE(is_drawn_picture(path_));
   test::write_file(path_, test::encode_jpeg_rgb(8, 8, Bytes(8 * 8 * 3)));
   EXPECT_FALSE(is_png(path_.c_str(), 3, 8));
   test::write_file(path_, text_bytes("notes"));

@@ -11,14 +11,6 @@
 namespace kinetrace::recording {
 namespace {
 
-void record_all(const RecordingConfig& recording, const SyntheticRunConfig& run) {
-  RecorderFixture fixture(recording);
-  ASSERT_TRUE(fixture.recorder) << fixture.recorder.error().message;
-  ASSERT_TRUE(SyntheticRun(run).play(*fixture.recorder));
-  const Status finished = fixture.recorder->finish({});
-  ASSERT_TRUE(finished) << finished.error().message;
-}
-
 RecordingConfig rectified_recording(const std::filesystem::path& directory) {
   RecordingConfig config = recording_config(directory);
   config.is_rectified = true;
@@ -45,11 +37,11 @@ double largest_reprojection_error_px(const ColmapModel& model) {
 
 TEST(ColmapModel, BackgroundAndObjectsReproject) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()),
-             {.frames = 20,
-              .background_points = 25,
-              .objects = {{.track_id = 2, .first_frame = 3, .last_frame = 12, .points = 9},
-                          {.track_id = 1500, .first_frame = 5, .points = 4}}});
+  ASSERT_TRUE(record_all(recording_config(folder.path()),
+                         {.frames = 20,
+                          .background_points = 25,
+                          .objects = {{.track_id = 2, .first_frame = 3, .last_frame = 12, .points = 9},
+                                      {.track_id = 1500, .first_frame = 5, .points = 4}}}));
   for (const auto& [name, images, points] :
        {std::tuple{"background", 20U, 100U}, std::tuple{"object_2", 10U, 9U}, std::tuple{"object_1500", 15U, 4U}}) {
     const ColmapModel model = read_colmap(folder.path() / "colmap" / name);
@@ -61,7 +53,7 @@ TEST(ColmapModel, BackgroundAndObjectsReproject) {
 
 TEST(ColmapModel, CameraIsTheLeftOneWithColmapsPixelOrigin) {
   const TemporaryFolder folder;
-  record_all(rectified_recording(folder.path()), {.frames = 3});
+  ASSERT_TRUE(record_all(rectified_recording(folder.path()), {.frames = 3}));
   const ColmapModel model = read_colmap(folder.path() / "colmap/background");
   const std::array<double, 6> expected{320.0, 120.0, 200.0, 210.0, 161.75, 59.0};
   EXPECT_EQ(model.camera, expected);
@@ -75,8 +67,8 @@ TEST(ColmapModel, CameraIsTheLeftOneWithColmapsPixelOrigin) {
 
 TEST(ColmapModel, ImagesKeepTheirRecordedNames) {
   const TemporaryFolder folder;
-  record_all(rectified_recording(folder.path()),
-             {.frames = 9, .objects = {{.track_id = 1, .first_frame = 4}}, .name_prefix = "left_"});
+  ASSERT_TRUE(record_all(rectified_recording(folder.path()),
+                         {.frames = 9, .objects = {{.track_id = 1, .first_frame = 4}}, .name_prefix = "left_"}));
   const ColmapModel model = read_colmap(folder.path() / "colmap/background");
   EXPECT_EQ(model.images.at(1).name, "left_0.png");
   EXPECT_EQ(model.images.at(9).name, "left_8.png");
@@ -85,10 +77,10 @@ TEST(ColmapModel, ImagesKeepTheirRecordedNames) {
 
 TEST(ColmapModel, NamesThatWouldBreakTheFileGiveWayToNumbers) {
   const TemporaryFolder folder;
-  record_all(rectified_recording(folder.path()), {.frames = 2, .name_prefix = "with space "});
+  ASSERT_TRUE(record_all(rectified_recording(folder.path()), {.frames = 2, .name_prefix = "with space "}));
   EXPECT_EQ(read_colmap(folder.path() / "colmap/background").images.at(2).name, "0000000001.png");
   const TemporaryFolder other;
-  record_all(rectified_recording(other.path()), {.frames = 2, .name_prefix = std::string(80, 'x')});
+  ASSERT_TRUE(record_all(rectified_recording(other.path()), {.frames = 2, .name_prefix = std::string(80, 'x')}));
   EXPECT_EQ(read_colmap(other.path() / "colmap/background").images.at(2).name, "0000000001.png");
 }
 
@@ -97,7 +89,7 @@ TEST(ColmapModel, FramesOfARecordingThatIsPlayedAgainAreNamedByTheirNumbers) {
   const TemporaryFolder folder;
   RecordingConfig config = rectified_recording(folder.path());
   config.repeats = true;
-  record_all(config, {.frames = 2, .name_prefix = "left_"});
+  ASSERT_TRUE(record_all(config, {.frames = 2, .name_prefix = "left_"}));
   const ColmapModel model = read_colmap(folder.path() / "colmap/background");
   EXPECT_EQ(model.images.at(1).name, "0000000000_rectified.png");
   EXPECT_EQ(model.images.at(2).name, "0000000001_rectified.png");
@@ -108,7 +100,7 @@ TEST(ColmapModel, FramesOfARecordingThatIsPlayedAgainAreNamedByTheirNumbers) {
 /// The names of raw images would attribute the model to them, whose camera differs.
 TEST(ColmapModel, NamesNoImageThatItIsNotOf) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()), {.frames = 3, .name_prefix = "left_"});
+  ASSERT_TRUE(record_all(recording_config(folder.path()), {.frames = 3, .name_prefix = "left_"}));
   EXPECT_EQ(read_colmap(folder.path() / "colmap/background").images.at(1).name, "left_0_rectified.png");
   EXPECT_NE(read_text(folder.path() / "colmap/background/cameras.txt").find("`kinetrace run --images` writes them"),
             std::string::npos);
@@ -116,8 +108,9 @@ TEST(ColmapModel, NamesNoImageThatItIsNotOf) {
 
 TEST(ColmapModel, OnlyFramesWithAPoseOfTheirOwnAreImages) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()),
-             {.frames = 9, .objects = {{.track_id = 1, .status = BodyStatus::kPropagated}, {.track_id = 2}}});
+  ASSERT_TRUE(
+      record_all(recording_config(folder.path()),
+                 {.frames = 9, .objects = {{.track_id = 1, .status = BodyStatus::kPropagated}, {.track_id = 2}}}));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "colmap/object_1"));
   EXPECT_EQ(read_colmap(folder.path() / "colmap/object_2").images.size(), 9U);
 }
@@ -143,11 +136,12 @@ TEST(ColmapModel, LongRunsAreConvertedInLittleMemory) {
   const TemporaryFolder folder;
   RecordingConfig recording = recording_config(folder.path());
   recording.conversion_kib = 64;
-  record_all(recording, {.frames = 700,
-                         .background_points = 90,
-                         .point_life_frames = 11,
-                         .objects = {{.track_id = 1, .first_frame = 100, .last_frame = 400, .points = 20},
-                                     {.track_id = 7, .first_frame = 300, .last_frame = 650, .points = 12}}});
+  ASSERT_TRUE(
+      record_all(recording, {.frames = 700,
+                             .background_points = 90,
+                             .point_life_frames = 11,
+                             .objects = {{.track_id = 1, .first_frame = 100, .last_frame = 400, .points = 20},
+                                         {.track_id = 7, .first_frame = 300, .last_frame = 650, .points = 12}}}));
   const ColmapModel background = read_colmap(folder.path() / "colmap/background");
   EXPECT_EQ(background.images.size(), 700U);
   // 63 generations of 11 frames and one of 7.
@@ -161,7 +155,7 @@ TEST(ColmapModel, LongRunsAreConvertedInLittleMemory) {
 
 TEST(ColmapModel, IsWrittenWithoutAnyFrame) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()), {.frames = 0});
+  ASSERT_TRUE(record_all(recording_config(folder.path()), {.frames = 0}));
   const ColmapModel model = read_colmap(folder.path() / "colmap/background");
   EXPECT_TRUE(model.images.empty());
   EXPECT_TRUE(model.points.empty());

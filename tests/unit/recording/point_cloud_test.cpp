@@ -13,17 +13,10 @@ namespace {
 
 using ::testing::ElementsAre;
 
-void record_all(const RecordingConfig& recording, const SyntheticRunConfig& run) {
-  RecorderFixture fixture(recording);
-  ASSERT_TRUE(fixture.recorder) << fixture.recorder.error().message;
-  ASSERT_TRUE(SyntheticRun(run).play(*fixture.recorder));
-  const Status finished = fixture.recorder->finish({});
-  ASSERT_TRUE(finished) << finished.error().message;
-}
-
 TEST(PointClouds, BackgroundHoldsEachPointOnceInTheWorld) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()), {.frames = 20, .background_points = 10, .point_life_frames = 6});
+  ASSERT_TRUE(
+      record_all(recording_config(folder.path()), {.frames = 20, .background_points = 10, .point_life_frames = 6}));
   const PlyFile ply = read_ply(folder.path() / "points/background.ply");
   EXPECT_EQ(ply.vertices.size(), 40U);  // Generations born at frames 0, 6, 12 and 18.
   std::set<std::uint32_t> ids;
@@ -39,14 +32,15 @@ TEST(PointClouds, BackgroundHoldsEachPointOnceInTheWorld) {
 
 TEST(PointClouds, PointsSeenInOneFrameOnlyAreLeftOut) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()), {.frames = 5, .background_points = 10, .point_life_frames = 1});
+  ASSERT_TRUE(
+      record_all(recording_config(folder.path()), {.frames = 5, .background_points = 10, .point_life_frames = 1}));
   EXPECT_TRUE(read_ply(folder.path() / "points/background.ply").vertices.empty());
 }
 
 TEST(PointClouds, ObjectPointsFollowTheTrajectory) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()),
-             {.frames = 12, .objects = {{.track_id = 3, .first_frame = 2, .last_frame = 9, .points = 7}}});
+  ASSERT_TRUE(record_all(recording_config(folder.path()),
+                         {.frames = 12, .objects = {{.track_id = 3, .first_frame = 2, .last_frame = 9, .points = 7}}}));
   const PlyFile model = read_ply(folder.path() / "points/object_3_model.ply");
   ASSERT_EQ(model.vertices.size(), 7U);
   for (const PlyVertex& vertex : model.vertices) {
@@ -69,7 +63,7 @@ TEST(PointClouds, LongTrajectoriesAreThinnedByAStatedStride) {
   const TemporaryFolder folder;
   RecordingConfig recording = recording_config(folder.path());
   recording.max_trajectory_vertices = 30;  // 3 frames of 10 points; 10 frames need a stride of 4.
-  record_all(recording, {.frames = 10, .objects = {{.track_id = 3, .points = 10}}});
+  ASSERT_TRUE(record_all(recording, {.frames = 10, .objects = {{.track_id = 3, .points = 10}}}));
   const PlyFile ply = read_ply(folder.path() / "points/object_3.ply");
   EXPECT_NE(ply.comment.find("frame_stride 4"), std::string::npos) << ply.comment;
   std::set<int> frames;
@@ -84,7 +78,7 @@ TEST(PointClouds, ThoseThatJustFitAreNotThinned) {
   const TemporaryFolder folder;
   RecordingConfig recording = recording_config(folder.path());
   recording.max_trajectory_vertices = 100;
-  record_all(recording, {.frames = 10, .objects = {{.track_id = 3, .points = 10}}});
+  ASSERT_TRUE(record_all(recording, {.frames = 10, .objects = {{.track_id = 3, .points = 10}}}));
   const PlyFile ply = read_ply(folder.path() / "points/object_3.ply");
   EXPECT_NE(ply.comment.find("frame_stride 1"), std::string::npos) << ply.comment;
   EXPECT_EQ(ply.vertices.size(), 100U);
@@ -92,11 +86,11 @@ TEST(PointClouds, ThoseThatJustFitAreNotThinned) {
 
 TEST(PointClouds, ObjectsWithoutAReconstructionHaveNoTrajectoryPoints) {
   const TemporaryFolder folder;
-  record_all(recording_config(folder.path()),
-             {.frames = 8,
-              .objects = {{.track_id = 1, .status = BodyStatus::kStereoOnly, .points = 0},
-                          {.track_id = 2, .status = BodyStatus::kPropagated},
-                          {.track_id = 3, .status = BodyStatus::kInitializing}}});
+  ASSERT_TRUE(record_all(recording_config(folder.path()),
+                         {.frames = 8,
+                          .objects = {{.track_id = 1, .status = BodyStatus::kStereoOnly, .points = 0},
+                                      {.track_id = 2, .status = BodyStatus::kPropagated},
+                                      {.track_id = 3, .status = BodyStatus::kInitializing}}}));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "points/object_1.ply"));
   EXPECT_TRUE(read_ply(folder.path() / "points/object_2.ply").vertices.empty());
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "points/object_3.ply")) << "never reported as an object";

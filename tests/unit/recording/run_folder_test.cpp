@@ -25,17 +25,6 @@ void touch(const fs::path& path) {
   std::ofstream(path) << "x\n";
 }
 
-Status record_all(const RecordingConfig& recording, const SyntheticRunConfig& run) {
-  RecorderFixture fixture(recording);
-  if (!fixture.recorder) {
-    return Unexpected(fixture.recorder.error());
-  }
-  if (Status played = SyntheticRun(run).play(*fixture.recorder); !played) {
-    return played;
-  }
-  return fixture.recorder->finish({});
-}
-
 TEST(RunFolder, IsMadeWithItsParentsAndLeavesNoSpool) {
   const TemporaryFolder folder;
   const fs::path directory = folder.path() / "a/b/run";

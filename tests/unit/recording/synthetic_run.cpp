@@ -229,4 +229,17 @@ Status SyntheticRun::play(RunRecorder& recorder) {
   return {};
 }
 
+Status record_all(const RecordingConfig& recording, const SyntheticRunConfig& run) {
+  RecorderFixture fixture(recording);
+  if (!fixture.recorder) {
+    return Unexpected(fixture.recorder.error());
+  }
+  if (Status played = SyntheticRun(run).play(*fixture.recorder); !played) {
+    return played;
+  }
+  RunSummary summary;
+  summary.frames = run.frames;
+  return fixture.recorder->finish(summary);
+}
+
 }  // namespace kinetrace::recording

@@ -107,4 +107,7 @@ struct RecorderFixture {
 
 [[nodiscard]] RecordingConfig recording_config(const std::filesystem::path& directory);
 
+/// A finished run folder.
+[[nodiscard]] Status record_all(const RecordingConfig& recording, const SyntheticRunConfig& run);
+
 }  // namespace kinetrace::recording

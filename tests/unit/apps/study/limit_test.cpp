@@ -104,7 +104,8 @@ class WallTruth {
   explicit WallTruth(int from_px) : labels_(static_cast<std::size_t>(kRig.width_px * kRig.height_px), 0) {
     for (int y = 0; y < kRig.height_px; ++y) {
       for (int x = from_px; x < kRig.width_px; ++x) {
-        labels_[static_cast<std::size_t>(y * kRig.width_px + x)] = 1;
+        labels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(kRig.width_px) + static_cast<std::size_t>(x)] =
+            1;
       }
     }
     images_.masks = {labels_, kRig.width_px, kRig.height_px, {{1, 1001, 1}}};
@@ -133,7 +134,7 @@ TEST(VisiblePoints, StandInEveryCellAndEndWhereTheyAreHidden) {
   visible.add(2, 200, {}, WallTruth::objects(), WallTruth(0).images());
   const SeenBody& wall = visible.bodies().at(1);
   ASSERT_EQ(wall.views.size(), 3U);
-  const std::size_t all = 75 * 33;  // 1200 x 360 in cells of 16 x 11.
+  const std::size_t all = std::size_t{75} * 33;  // 1200 x 360 in cells of 16 x 11.
   EXPECT_EQ(wall.views[0].points, all);
   EXPECT_NEAR(static_cast<double>(wall.views[1].points), 0.5 * static_cast<double>(all), 34.0);
   EXPECT_EQ(wall.views[2].points, all) << "new ones where the old ones have ended";

@@ -136,6 +136,7 @@ class ObjectSizeStudy : public ::testing::Test {
   }
   static std::vector<Estimate> exact() {
     std::vector<Estimate> estimates;
+    estimates.reserve(kFrames);
     for (int frame = 0; frame < kFrames; ++frame) {
       estimates.push_back({T_world_car(frame)});
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 
 #include "kinetrace/core/export.hpp"
 #include "kinetrace/core/in_place_error.hpp"
@@ -30,5 +31,7 @@ struct ImageInfo {
 /// Whether a file is a PNG with so many channels and bits per channel, by its header: the kind of a result's file, see
 /// FileKind of core/files.hpp.
 [[nodiscard]] KINETRACE_API bool is_png(const char* path, int channels, int bit_depth);
+/// A PNG of 8-bit colours, as all charts, figures and overlays are.
+[[nodiscard]] KINETRACE_API bool is_drawn_picture(const std::filesystem::path& path);
 
 }  // namespace kinetrace::imaging
