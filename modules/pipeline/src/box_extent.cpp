@@ -11,14 +11,28 @@ namespace {
 /// Deviation of a body's outline from its box, relative to the box's largest dimension.
 constexpr double kOutlineSigma = 0.05;
 
-/// Covariance of a corner, in the axes of the box: of the centre, half the size, the yaw at the arm of each axis, and
-/// the outline.
+/// Variance of a face along its normal: of the centre and half the size.
+Eigen::Vector3d face_variance_m2(const Box3Sigma& sigma) {
+  return sigma.center_m.cwiseAbs2() + 0.25 * sigma.size_m.cwiseAbs2();
+}
+
+/// Covariance of a corner, in the axes of the box: of its faces, the yaw at the arm of each axis, and the outline.
 Eigen::Vector3d corner_variance_m2(const Box3& box, const Box3Sigma& sigma) {
   const Eigen::Vector3d half_m = 0.5 * box.size_m;
   const Eigen::Vector3d by_yaw_m = sigma.yaw_rad * Eigen::Vector3d(half_m.z(), 0.0, half_m.x());
   const double outline_m = kOutlineSigma * box.size_m.maxCoeff();
-  return (sigma.center_m.cwiseAbs2() + 0.25 * sigma.size_m.cwiseAbs2() + by_yaw_m.cwiseAbs2()).array() +
-         outline_m * outline_m;
+  return (face_variance_m2(sigma) + by_yaw_m.cwiseAbs2()).array() + outline_m * outline_m;
+}
+
+/// Homogeneous; from (u_left, v, disparity, 1), px, to the camera frame, m.
+Eigen::Matrix4d triangulation(const StereoGeometry& g) {
+  const double y_scale = g.fx_px / g.fy_px;
+  Eigen::Matrix4d T_cam_stereo;
+  T_cam_stereo << g.baseline_m, 0.0, 0.0, -g.baseline_m * g.cx_px,          //
+      0.0, g.baseline_m * y_scale, 0.0, -g.baseline_m * y_scale * g.cy_px,  //
+      0.0, 0.0, 0.0, g.baseline_m * g.fx_px,                                //
+      0.0, 0.0, 1.0, 0.0;
+  return T_cam_stereo;
 }
 
 class ExtentOfPoints {
@@ -85,6 +99,19 @@ tracking::ImageExtent image_extent(const Box3& box, const Box3Sigma& sigma, cons
     }
   }
   return extent.extent();
+}
+
+tracking::PredictedVolume volume_of(const Box3& box, const Box3Sigma& sigma, const Eigen::Matrix3d& position_covariance,
+                                    const Se3& T_world_cam, const StereoGeometry& geometry) {
+  const Eigen::Matrix3d R_box_world = box.rotation().transpose();
+  Eigen::Matrix4d T_box_cam = Eigen::Matrix4d::Identity();
+  T_box_cam.topLeftCorner<3, 3>() = R_box_world * T_world_cam.rotation;
+  T_box_cam.topRightCorner<3, 1>() = R_box_world * (T_world_cam.translation - box.center_m);
+  const Eigen::Vector3d position_variance_m2 = (R_box_world * position_covariance * R_box_world.transpose()).diagonal();
+  return {.known = true,
+          .T_box_stereo = T_box_cam * triangulation(geometry),
+          .half_size_m = 0.5 * box.size_m,
+          .sigma_m = (position_variance_m2 + face_variance_m2(sigma)).cwiseSqrt()};
 }
 
 }  // namespace kinetrace::pipeline

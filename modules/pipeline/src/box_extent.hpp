@@ -1,4 +1,4 @@
-// Extent of a box in the image.
+// A box as the camera sees it: its extent in the image, its space by stereo.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,5 +16,10 @@ namespace kinetrace::pipeline {
 [[nodiscard]] tracking::ImageExtent image_extent(const Box3& box, const Box3Sigma& sigma,
                                                  const Eigen::Matrix3d& position_covariance, const Se3& T_world_cam,
                                                  const StereoGeometry& geometry);
+
+/// The space inside that box, by the same covariances.
+[[nodiscard]] tracking::PredictedVolume volume_of(const Box3& box, const Box3Sigma& sigma,
+                                                  const Eigen::Matrix3d& position_covariance, const Se3& T_world_cam,
+                                                  const StereoGeometry& geometry);
 
 }  // namespace kinetrace::pipeline

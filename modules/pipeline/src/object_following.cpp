@@ -22,7 +22,8 @@ constexpr double kMaxEvidence = 7.0;   // Upper bound of the evidence, log odds:
 constexpr int kMinSwitchFeatures = 3;  // Fewer features may belong to another object.
 constexpr int kMaxRejections = 3;      // Measurements in a row: then the object is elsewhere.
 constexpr double kOutlineSigma_m = 0.03;
-constexpr double kUniformVariance = 1.0 / 12.0;  // Of a uniform distribution, by its width squared.
+constexpr double kOutlineDisparitySigma_px = 0.1;  // Measured on rendered people, three scenes.
+constexpr double kUniformVariance = 1.0 / 12.0;    // Of a uniform distribution, by its width squared.
 /// More features do not improve their median: their errors are correlated.
 constexpr int kMaxSpreadFeatures = 8;
 
@@ -57,11 +58,11 @@ void ObjectState::update_moving_probability() noexcept {
     return;
   }
   const trajectory::MotionEstimate current = motion_.at(0);
-  const trajectory::MotionEstimate recent = motion_.at(velocity_window_frames_);
+  const std::size_t centered_age = motion_.centered_age();
+  const trajectory::MotionEstimate recent = motion_.at(centered_age);
   // The velocity a few frames ago has samples on both sides and is mostly more certain.
-  const bool is_recent_more_certain =
-      motion_.size() >= velocity_window_frames_ + trajectory::ObjectMotion::kMinSamples &&
-      recent.apparent_covariance.trace() < current.apparent_covariance.trace();
+  const bool is_recent_more_certain = motion_.size() >= centered_age + trajectory::ObjectMotion::kMinSamples &&
+                                      recent.apparent_covariance.trace() < current.apparent_covariance.trace();
   const trajectory::MotionEstimate& motion = is_recent_more_certain ? recent : current;
   const double evidence = std::clamp(objects::moving_evidence(motion.velocity_mps, motion.apparent_covariance),
                                      -kMaxEvidence, kMaxEvidence);
@@ -178,8 +179,8 @@ objects::VisiblePart ObjectState::visible_part_of(const Se3& T_world_cam) const 
 Eigen::Matrix3d ObjectState::part_covariance(const Eigen::Vector3d& part_cam_m,
                                              const Eigen::Matrix3d& R_world_cam) const {
   const double depth_m = std::max(part_cam_m.z(), kMinProjectionDepth_m);
-  const Eigen::Vector3d along_ray_m =
-      geometry_.depth_sigma_m(depth_m, kObservedDisparitySigma_px) / depth_m * (R_world_cam * part_cam_m);
+  const double sigma_px = is_rigid() ? kObservedDisparitySigma_px : kOutlineDisparitySigma_px;
+  const Eigen::Vector3d along_ray_m = geometry_.depth_sigma_m(depth_m, sigma_px) / depth_m * (R_world_cam * part_cam_m);
   return extent_covariance(depth_m) + along_ray_m * along_ray_m.transpose();
 }
 

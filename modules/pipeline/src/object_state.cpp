@@ -23,8 +23,8 @@ constexpr double kNominalDistance_m = 1000.0;  // Nominal: the distance is unkno
 // point is the centre of the visible part, which drifts as the object turns and is occluded.
 constexpr double kCorrelatedDisparityError_px = 0.03;
 constexpr double kLateralCorrelatedError = 0.3;
-constexpr int kMinMotionFeatures = 4;  // Fewer may all belong to another object: no evidence of a new mover.
 constexpr double kUnobservedPositionSigma_m = 100.0;
+constexpr int kMinMotionFeatures = 4;  // Fewer may all belong to another object: no evidence of a new mover.
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());
@@ -54,7 +54,6 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       min_points_(config.object.min_inliers),
       min_disparity_px_(config.object.min_disparity_px),
       turn_rate_radps_(config.object.turn_rate_radps),
-      velocity_window_frames_(static_cast<std::size_t>(config.trajectory.velocity_window_frames)),
       geometry_(geometry),
       identity_(objects::MotionFilter({.acceleration_mps2 = config.trajectory.max_acceleration_mps2,
                                        .turn_radps2 = config.trajectory.smoothing_turn_radps2,
@@ -116,9 +115,10 @@ tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, co
         prediction.disparity_px / part_z_m * std::sqrt(forward.dot(part.covariance * forward));
   }
   if (box_.known()) {
-    prediction.extent =
-        image_extent(box_.box_in_world(expected.T_world_obj), box_.sigma(),
-                     reference_covariance(expected.T_world_obj, expected.covariance), T_world_cam, geometry_);
+    const Box3 box = box_.box_in_world(expected.T_world_obj);
+    const Eigen::Matrix3d covariance = reference_covariance(expected.T_world_obj, expected.covariance);
+    prediction.extent = image_extent(box, box_.sigma(), covariance, T_world_cam, geometry_);
+    prediction.volume = volume_of(box, box_.sigma(), covariance, T_world_cam, geometry_);
   }
   return prediction;
 }
@@ -231,6 +231,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   life_.track = track;
   life_.confirmed = life_.confirmed || track.state == TrackState::kConfirmed;
   life_.timestamp_ns = timestamp_ns;
+  motion_.set_gait(!is_rigid());
   motion_.set_disparity_sigma(camera.disparity_sigma_px);
   measure_visible_fraction(camera);
   if (track.missed_frames == 0) {
@@ -306,13 +307,19 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   if (identity_.has_moved || life_.status == BodyStatus::kTracked) {
     return correlated_covariance;
   }
-  // Evidence of a new mover: the visible part drifts over the object, and a predicted pose continues the last motion.
-  if (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kMinMotionFeatures) {
+  // Evidence of a new mover: the visible part drifts over the object. Where it is not measured, an occluder passes or
+  // it leaves the image: then it may have drifted anywhere.
+  if (is_measured()) {
     correlated_covariance += extent_covariance(depth_m);
   } else {
     correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
   }
   return correlated_covariance;
+}
+
+bool ObjectState::is_measured() const noexcept {
+  return life_.status == BodyStatus::kTracked ||
+         (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kMinMotionFeatures);
 }
 
 Eigen::Matrix3d ObjectState::covariance_per_disparity(const CameraState& camera) const {
@@ -328,9 +335,13 @@ Eigen::Matrix3d ObjectState::covariance_per_disparity(const CameraState& camera)
 }
 
 void ObjectState::push_motion(const CameraState& camera) {
-  motion_.push({life_.timestamp_ns, identity_.T_world_obj,
-                reference_covariance(identity_.T_world_obj, life_.covariance), position_correlated_covariance(),
-                covariance_per_disparity(camera)});
+  motion_.push({.timestamp_ns = life_.timestamp_ns,
+                .T_world_obj = identity_.T_world_obj,
+                .position_covariance = reference_covariance(identity_.T_world_obj, life_.covariance),
+                .correlated_covariance = position_correlated_covariance(),
+                // An outline does not drift: without it, only this frame says nothing.
+                .is_evidence = is_rigid() || identity_.has_moved || is_measured(),
+                .covariance_per_disparity = covariance_per_disparity(camera)});
   const trajectory::MotionEstimate motion = motion_.at(0);
   identity_.has_moved = identity_.has_moved || motion.apparently_moving;
   if (life_.status == BodyStatus::kTracked) {

@@ -207,7 +207,7 @@ class ObjectState {
   [[nodiscard]] bool is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const;
   /// Pose predicted by the filter. Nothing before its path determines the motion.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
-  /// Whether the pose of the reconstruction is reachable from the predicted one (chi-square).
+  /// Whether the pose of the reconstruction lies within the gate of the predicted one (chi-square).
   [[nodiscard]] bool passes_innovation_gate(const sfm::BodyReconstruction::Expectation& expected) const;
   /// (Re)starts the reconstruction at the object's current pose.
   void begin_body(const StereoObservation& observation, const CameraState& camera);
@@ -247,6 +247,8 @@ class ObjectState {
   [[nodiscard]] Eigen::Vector3d visible_center_in_camera_m(const CameraState& camera) const {
     return camera.T_world_cam.inverse() * visible_center_m();
   }
+  /// Its position is that of enough features in this frame. A predicted one continues the last motion.
+  [[nodiscard]] bool is_measured() const noexcept;
   /// See trajectory::MotionSample.
   [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
   /// See trajectory::MotionSample.
@@ -271,7 +273,6 @@ class ObjectState {
   int min_points_;
   double min_disparity_px_;
   double turn_rate_radps_;
-  std::size_t velocity_window_frames_;
   StereoGeometry geometry_;
   Identity identity_;
   Life life_;

@@ -139,8 +139,13 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
     best = std::max({best, kLogPredictionFailure + evidence_at(certain_box_at(instance.track.box_px)),
                      kLogPredictionFailure + evidence_at(certain_box_at(instance.track.box_px, shift_px))});
   }
-  const double visible = is_behind_camera(instance) ? 0.0 : unoccluded * instance.mask_part_in_image;
-  return best + detection_evidence(visible);
+  return best;
+}
+
+double StereoTracker::visible_fraction(const TrackInstance& instance) noexcept {
+  return is_behind_camera(instance) || instance.predicted_px == 0
+             ? 0.0
+             : instance.mask_part_in_image * instance.overlap.area_px / instance.predicted_px;
 }
 
 double StereoTracker::overlap_fraction_with_others(const TrackInstance& instance,
@@ -154,14 +159,21 @@ double StereoTracker::overlap_fraction_with_others(const TrackInstance& instance
   return static_cast<double>(max_px) / detection.area_px;
 }
 
+double StereoTracker::place_evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
+                                     std::span<const DisparitySample> samples) const noexcept {
+  const ExpectedDisparity expected = expected_disparity(instance);
+  const double as_predicted = position_evidence(instance, detection) +
+                              disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples.size());
+  const PredictedVolume& volume = instance.prediction.volume;
+  return volume.known && !samples.empty() ? std::max(as_predicted, volume_evidence(volume, samples)) : as_predicted;
+}
+
 double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
-                               std::size_t samples) const noexcept {
+                               std::span<const DisparitySample> samples) const noexcept {
   const FeatureVotes& votes = instance.feature_votes;
   const bool has_valid_features = !instance.missed.exceeds(kMaxFeatureGap_ns);
-  const ExpectedDisparity expected = expected_disparity(instance);
-  return position_evidence(instance, detection) +
+  return place_evidence(instance, detection, disparity_px, samples) + detection_evidence(visible_fraction(instance)) +
          (has_valid_features ? feature_evidence(votes.on_label[detection.label], votes.total) : 0.0) +
-         disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples) +
          (classes_agree(instance.track.class_id, detection.class_id) ? 0.0 : kOtherClassEvidence) -
          fragment_evidence(overlap_fraction_with_others(instance, detection));
 }
@@ -184,7 +196,7 @@ void StereoTracker::associate(const DetectionFrame& detections, std::span<const 
     for (const TrackInstance& instance : slots_) {
       if (instance.alive() && is_assignable(instance)) {
         affinity_(instance.track.slot, static_cast<int>(v)) =
-            std::max(0.0, evidence(instance, detection, disparity_px, samples.size()));
+            std::max(0.0, evidence(instance, detection, disparity_px, samples));
       }
     }
   }

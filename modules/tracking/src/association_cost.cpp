@@ -145,7 +145,7 @@ double box_evidence(const BoxPrediction& predicted, const PixelBox& detected, in
   return std::max(whole, partly) - new_object;
 }
 
-double feature_evidence(int on_detection, int total) {
+double feature_evidence(double on_detection, int total) {
   if (total == 0) {
     return 0.0;
   }
@@ -165,6 +165,14 @@ double disparity_evidence(double object_px, double object_sigma_px, double detec
   const double all_outliers =
       static_cast<double>(std::min(features, kMaxOutlierFeatures)) * std::log(kOutlierFeatureProbability);
   return std::max(same, all_outliers);
+}
+
+double volume_evidence(const PredictedVolume& volume, std::span<const DisparitySample> samples) {
+  double inside = 0.0;
+  for (const DisparitySample& sample : samples) {
+    inside += volume.density_at(sample.left_px.cast<double>(), sample.disparity_px, kDisparitySigma_px);
+  }
+  return feature_evidence(inside, static_cast<int>(samples.size()));
 }
 
 double detection_evidence(double visible) {

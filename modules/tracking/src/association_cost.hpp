@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include <Eigen/Core>
 
 #include "kinetrace/core/image_view.hpp"
+#include "kinetrace/tracking/disparity_plane.hpp"
+#include "kinetrace/tracking/prediction.hpp"
 
 namespace kinetrace::tracking {
 
@@ -30,12 +33,15 @@ struct BoxPrediction {
 
 /// `on_detection` of the object's `total` features tracked into this frame lie on the detection. Errors of the features
 /// of one object are correlated, so that many count as a few.
-[[nodiscard]] double feature_evidence(int on_detection, int total);
+[[nodiscard]] double feature_evidence(double on_detection, int total);
 
 /// Disparity of the object, not known if not positive, with the standard deviation of its prediction, and of the
 /// detection, the median over `features`. The fewer there are, the more likely all are outliers.
 [[nodiscard]] double disparity_evidence(double object_px, double object_sigma_px, double detection_px,
                                         std::size_t features);
+
+/// Evidence of `samples`, the detection's features, in the object's space: a part of it, wherever its edges are seen.
+[[nodiscard]] double volume_evidence(const PredictedVolume& volume, std::span<const DisparitySample> samples);
 
 /// Log odds of a detection against a miss, for an object of which the part `visible` can be seen.
 [[nodiscard]] double detection_evidence(double visible);

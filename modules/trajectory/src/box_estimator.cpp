@@ -19,7 +19,7 @@ constexpr int kIterations = 2;
 constexpr int kHypothesisIterations = 4;
 constexpr std::uint32_t kUpdatesPerHypothesis = 2;  // Frames.
 constexpr double kAcceptanceMargin = 6.0;           // Twice the log-likelihood ratio at which a new box is accepted.
-constexpr double kRivalDecay = 0.95;                // Factor of a rival's deviation per hypothesis tried.
+constexpr double kAlternativeDecay = 0.95;          // Factor of a deviation per hypothesis tried.
 constexpr std::size_t kYaws = 6;                    // Over half a circle.
 constexpr double kBehindFace = 0.4;  // Distance of a body's centre behind its visible points, relative to its size.
 constexpr double kShapeYawSigma_rad = 0.025;  // Error of yaw by shape: bodies are rounded and not quite symmetric.
@@ -47,7 +47,7 @@ void BoxEstimator::reset() noexcept {
   forget_views();
   heading_.reset();
   sigma_ = Box3Sigma{};
-  rival_ = Box3Sigma{};
+  alternative_ = Box3Sigma{};
   timestamp_ns_ = 0;
   updates_ = 0;
   known_ = false;
@@ -123,7 +123,7 @@ BoxState BoxEstimator::start_at(const BoxFrame& frame, double yaw_rad, const Kin
 
 void BoxEstimator::begin(const BoxFrame& frame, const BoxEvidence& evidence) noexcept {
   known_ = true;
-  rival_ = Box3Sigma{};
+  alternative_ = Box3Sigma{};
   accept(fit_box(evidence, start_at(frame, heading_ ? heading_->yaw_rad : 0.0, most_likely_kind(frame)),
                  kFirstIterations));
   for (std::size_t i = 1; i < kYaws && !heading_; ++i) {
@@ -143,28 +143,29 @@ void BoxEstimator::test_hypothesis(const BoxEvidence& evidence, const BoxState& 
   const double cost_difference = (fit.cost - cost_) / fit.misfit;
   if (fit.cost < cost_ - margin) {
     accept(fit);
-    record_rival(former, -cost_difference);
+    record_alternative(former, -cost_difference);
   } else {
-    record_rival(fit.state, cost_difference);
+    record_alternative(fit.state, cost_difference);
   }
 }
 
-// One box is reported, so a rival counts by its deviation from that: the mean squared error of a mixture of the two. A
-// few iterations from a new start do not always find the best rival, so the largest recent deviation counts.
-void BoxEstimator::record_rival(const BoxState& rival, double cost_difference) noexcept {
+// One box is reported, so a rejected one counts by its deviation: the mean squared error of a mixture of the two. A
+// few iterations from a new start do not always find the best alternative, so the largest recent deviation counts.
+void BoxEstimator::record_alternative(const BoxState& other, double cost_difference) noexcept {
   const double root = std::sqrt(1.0 / (1.0 + std::exp(0.5 * cost_difference)));
   const Eigen::Matrix3d axes = upright_axes(down_obj_, state_.yaw_rad);
-  const Eigen::Vector3d off_m = (axes.transpose() * (rival.center_m - state_.center_m)).cwiseAbs();
-  const double off_rad = std::abs(std::remainder(rival.yaw_rad - state_.yaw_rad, std::numbers::pi));
-  rival_.center_m = (kRivalDecay * rival_.center_m).cwiseMax(root * off_m);
-  rival_.size_m = (kRivalDecay * rival_.size_m).cwiseMax(root * (rival.size_m - state_.size_m).cwiseAbs());
-  rival_.yaw_rad = std::max(kRivalDecay * rival_.yaw_rad, root * off_rad);
+  const Eigen::Vector3d off_m = (axes.transpose() * (other.center_m - state_.center_m)).cwiseAbs();
+  const double off_rad = std::abs(std::remainder(other.yaw_rad - state_.yaw_rad, std::numbers::pi));
+  alternative_.center_m = (kAlternativeDecay * alternative_.center_m).cwiseMax(root * off_m);
+  alternative_.size_m =
+      (kAlternativeDecay * alternative_.size_m).cwiseMax(root * (other.size_m - state_.size_m).cwiseAbs());
+  alternative_.yaw_rad = std::max(kAlternativeDecay * alternative_.yaw_rad, root * off_rad);
 }
 
 Box3Sigma BoxEstimator::sigma() const noexcept {
-  return {(sigma_.center_m.cwiseAbs2() + rival_.center_m.cwiseAbs2()).cwiseSqrt(),
-          (sigma_.size_m.cwiseAbs2() + rival_.size_m.cwiseAbs2()).cwiseSqrt(),
-          std::hypot(sigma_.yaw_rad, rival_.yaw_rad), sigma_.heading_known};
+  return {(sigma_.center_m.cwiseAbs2() + alternative_.center_m.cwiseAbs2()).cwiseSqrt(),
+          (sigma_.size_m.cwiseAbs2() + alternative_.size_m.cwiseAbs2()).cwiseSqrt(),
+          std::hypot(sigma_.yaw_rad, alternative_.yaw_rad), sigma_.heading_known};
 }
 
 /// The next hypothesis in turn: another kind or, while the heading is unknown, another yaw.
@@ -184,7 +185,7 @@ void BoxEstimator::update_heading(const BoxFrame& frame, const Ground& ground_ob
   timestamp_ns_ = frame.timestamp_ns;
   if (frame.heading) {
     if (!heading_) {
-      rival_ = Box3Sigma{};  // Rivals had other yaws.
+      alternative_ = Box3Sigma{};  // Rejected boxes had other yaws.
     }
     const Eigen::Vector3d along_world = upright_axes(frame.ground.down, frame.heading->yaw_rad).col(0);
     heading_ = Heading{upright_yaw(ground_obj.down, frame.T_world_obj.rotation.transpose() * along_world),

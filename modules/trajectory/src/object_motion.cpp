@@ -12,7 +12,7 @@
 namespace kinetrace::trajectory {
 namespace {
 
-constexpr std::size_t kMaxWindow = 21;  // The largest velocity_window_frames on both sides.
+constexpr double kTimestampJitter_s = 0.03;  // A frame that is as late still belongs to the window.
 // Samples farther away in time do not represent the velocity, whatever their number.
 constexpr double kMaxSampleAge_s = 2.0;
 // Lower bounds for errors that covariances omit: those below a centimetre, and those that drift over frames.
@@ -83,23 +83,30 @@ void ObjectMotion::revise(std::size_t age, const Se3& T_world_obj,
   }
 }
 
+std::size_t ObjectMotion::centered_age() const noexcept {
+  std::size_t age = 0;
+  while (age + 1 < size_ && seconds_between(entry(age).sample.timestamp_ns, entry(0).sample.timestamp_ns) <
+                                window_s_ - kTimestampJitter_s) {
+    ++age;
+  }
+  return age;
+}
+
 MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   MotionEstimate estimate;
   if (age >= size_) {
     return estimate;
   }
   const MotionSample& center = entry(age).sample;
-  const auto window = static_cast<std::size_t>(config_.velocity_window_frames);
-  const std::size_t newest = age > window ? age - window : 0;
-  const std::size_t oldest = std::min(age + window, size_ - 1);
-  std::array<PathPoint, kMaxWindow> path;
+  std::array<PathPoint, kCapacity> path;
   std::size_t count = 0;
   TurnRate turn;
   Eigen::Matrix3d correlated_covariance = center.correlated_covariance;  // The largest in the window.
-  for (std::size_t i = newest; i <= oldest; ++i) {
+  for (std::size_t i = 0; i < size_; ++i) {
     const MotionSample& sample = entry(i).sample;
     const double time_s = seconds_between(center.timestamp_ns, sample.timestamp_ns);
-    if (std::abs(time_s) <= kMaxSampleAge_s) {
+    const bool is_neighbour = i + 1 >= age && i <= age + 1;  // the only ones of a slow camera
+    if (sample.is_evidence && std::abs(time_s) <= (is_neighbour ? kMaxSampleAge_s : window_s_ + kTimestampJitter_s)) {
       path[count++] = {time_s, sample.T_world_obj * reference_obj_, information_of(sample.position_covariance)};
       correlated_covariance = sample.correlated_covariance.trace() > correlated_covariance.trace()
                                   ? sample.correlated_covariance

@@ -6,7 +6,7 @@ namespace kinetrace::trajectory {
 
 Status TrajectoryConfig::validate() const {
   return first_failure({
-      check_range("trajectory.velocity_window_frames", velocity_window_frames, 1, 10),
+      check_range("trajectory.velocity_window_s", velocity_window_s, 0.01, 1.0),
       check_range("trajectory.min_moving_speed_mps", min_moving_speed_mps, 0.0, 100.0),
       check_range("trajectory.moving_significance", moving_significance, 0.1, 100.0),
       check_range("trajectory.max_acceleration_mps2", max_acceleration_mps2, 0.01, 1000.0),

@@ -72,5 +72,38 @@ TEST(BoxExtent, OfACarBehindTheCameraIsNotKnown) {
   EXPECT_FALSE(extent_of(car_at({0.0, 0.5, -10.0})).known);
 }
 
+TEST(BoxVolume, HoldsThePointsOfTheBoxAndNoOthers) {
+  Se3 T_world_cam;
+  T_world_cam.rotation = so3_exp({0.05, -0.3, 0.02});
+  T_world_cam.translation = {1.0, -0.5, 2.0};
+  const Box3 box = car_at({-1.0, 0.5, 13.0}, 0.7);
+  const Box3Sigma sigma{.center_m = {0.1, 0.1, 0.1}, .size_m = {0.0, 0.0, 0.0}};
+  const tracking::PredictedVolume volume = volume_of(box, sigma, Eigen::Matrix3d::Zero(), T_world_cam, kGeometry);
+  const auto density_at = [&](const Eigen::Vector3d& in_box_m) {
+    const Eigen::Vector3d p_cam = T_world_cam.inverse() * (box.center_m + box.rotation() * in_box_m);
+    const Eigen::Vector3d uvr_px = kGeometry.project(p_cam);
+    return volume.density_at(uvr_px.head<2>(), uvr_px.x() - uvr_px.z(), 0.1);
+  };
+  const double inside = density_at({0.0, 0.0, 0.0});
+  EXPECT_GT(inside, 0.9);
+  EXPECT_NEAR(density_at({1.9, 0.7, -0.9}), inside, 0.05);
+  EXPECT_NEAR(density_at({-1.9, -0.7, 0.9}), inside, 0.05);
+  EXPECT_LT(density_at({3.0, 0.0, 0.0}), 0.01);
+  EXPECT_LT(density_at({0.0, 1.75, 0.0}), 0.01);
+  EXPECT_LT(density_at({0.0, 0.0, -2.0}), 0.01);
+}
+
+TEST(BoxVolume, OfALengthThatIsNotKnownReachesFarther) {
+  const Box3 box = car_at({0.0, 0.5, 12.0}, M_PI / 2);
+  const auto density_behind = [&](double length_sigma_m) {
+    const Box3Sigma sigma{.center_m = {0.5 * length_sigma_m, 0.1, 0.1}, .size_m = {length_sigma_m, 0.1, 0.1}};
+    const tracking::PredictedVolume volume = volume_of(box, sigma, Eigen::Matrix3d::Zero(), {}, kGeometry);
+    const Eigen::Vector3d uvr_px = kGeometry.project({0.0, 0.5, 15.0});
+    return volume.density_at(uvr_px.head<2>(), uvr_px.x() - uvr_px.z(), 0.1);
+  };
+  EXPECT_LT(density_behind(0.2), 0.01) << "a metre behind the rear";
+  EXPECT_GT(density_behind(2.0), 0.3);
+}
+
 }  // namespace
 }  // namespace kinetrace::pipeline

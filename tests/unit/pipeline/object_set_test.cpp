@@ -55,7 +55,7 @@ class ObjectSetTest : public ::testing::Test {
   FeatureFrame frame_{};
 };
 
-TEST_F(ObjectSetTest, WhatWasLostGoesOnAsTheNewTrackInItsDirection) {
+TEST_F(ObjectSetTest, ALostObjectContinuesAsTheNewTrackInItsDirection) {
   EXPECT_EQ(reidentified({track_of(0, 5), track_of(1, 0)}), 1U);
   EXPECT_EQ(objects_.slots()[1].track().id, 1U);
 }

@@ -80,7 +80,7 @@ TEST_F(ObjectStateTest, TurnsTheDirectionWithTheCamera) {
   EXPECT_LT(prediction.point_px.x(), 63.5 - 0.09 * geometry_.fx_px);
 }
 
-TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUncertainToShowIt) {
+TEST_F(ObjectStateTest, KeepsItsVelocityWhereItsLastPosesAreTooUncertain) {
   // So slow and far that half a second does not show its motion, but a second does.
   const Eigen::Vector3d velocity_mps(0.0, 0.0, 0.8);
   const Vector6d velocity = (Vector6d() << Eigen::Vector3d::Zero(), velocity_mps).finished();
@@ -105,7 +105,7 @@ TEST_F(ObjectStateTest, GoesOnAsItWentWhereItsLastPosesAreTooUncertainToShowIt) 
 }
 
 // The object leaves over the image border and coasts there.
-TEST_F(ObjectStateTest, UnseenOnlyAnEvidentTurnGoesOn) {
+TEST_F(ObjectStateTest, UnseenOnlyASignificantTurnContinues) {
   const auto turned_unseen_rad = [&](ObjectState& object, double turn_radps) {
     Vector6d velocity = Vector6d::Zero();
     velocity[1] = turn_radps;
@@ -188,8 +188,8 @@ TEST_F(ObjectStateTest, CoastsBehindSomethingOnlyWhileThatIsSurerThanWhatIsSeen)
     observe(object_, seen, features);
     farthest_m = std::max(farthest_m, off_m());
   }
-  EXPECT_GT(farthest_m, 1.0) << "at first it goes on as it went";
-  EXPECT_LT(off_m(), 4.5) << "what is seen is an end of it; 18 m off if it went on so";
+  EXPECT_GT(farthest_m, 1.0) << "at first it keeps its velocity";
+  EXPECT_LT(off_m(), 4.5) << "what is seen is an end of it; 18 m off at its last velocity";
 }
 
 // A distant object probably approaches; then an occluder hides its points, while it moves aside and new points appear
@@ -217,7 +217,7 @@ TEST_F(ObjectStateTest, WhatSeemedToMoveDoesNotRestBehindSomething) {
     object_.reinitialise_filter(reported.T_world_obj, (Vector6d() << Eigen::Vector3d::Zero(), approach_mps).finished());
   }
   ASSERT_EQ(reported.status, BodyStatus::kTracked);
-  ASSERT_FALSE(reported.moving) << "or it goes on as it surely went";
+  ASSERT_FALSE(reported.moving) << "or it keeps a significant velocity";
   const double offset_m = reported.T_world_obj.translation.x() - center_m.x();
   camera_.T_world_cam_before = camera_.T_world_cam;
   for (int frame = 0; frame < kHidden; ++frame) {
@@ -290,6 +290,26 @@ TEST_F(ObjectStateTest, WhatComesBackIsWhereItWasCoastingTo) {
   const double sigma_m = std::sqrt(back.covariance(3, 3));
   EXPECT_NEAR(back.T_world_obj.translation.x(), reported_m.x(), sigma_m) << "one end says little about the whole";
   EXPECT_LT(sigma_m, 1.5);
+}
+
+// Frames without enough features, or without a detection, must not hide it.
+TEST_F(ObjectStateTest, APersonWhoWalksIsMovingWithinTwoSeconds) {
+  constexpr double kSpeed_mps = 1.2;
+  ObjectResult reported;
+  for (int frame = 0; frame < 20; ++frame) {
+    std::vector<Feature> features = front({0.3 - 0.1 * kSpeed_mps * frame, 0.2, 8.0});
+    features.resize(frame % 4 == 3 ? 2 : 6);
+    Track seen = track(box_of(front({0.3 - 0.1 * kSpeed_mps * frame, 0.2, 8.0})), frame % 5 == 4 ? 1 : 0);
+    seen.class_id = kPedestrianClass;
+    if (frame == 0) {
+      object_.begin(seen);
+    }
+    observe(object_, seen, seen.missed_frames == 0 ? features : std::vector<Feature>{});
+  }
+  object_.report(reported);
+  object_.describe_motion(0, reported);
+  EXPECT_TRUE(reported.moving);
+  EXPECT_NEAR(reported.velocity_mps.x(), -kSpeed_mps, 0.2);
 }
 
 }  // namespace

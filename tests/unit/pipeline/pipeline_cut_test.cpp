@@ -66,7 +66,7 @@ TEST_F(Cut, IsNoMotion) {
   drive(run);
   const auto T_world_cam = [&](int frame) { return run.finalised[static_cast<std::size_t>(frame)].camera.T_world_cam; };
   EXPECT_LT((T_world_cam(kBefore - 1).inverse() * T_world_cam(kBefore)).translation.norm(), 1.0)
-      << "it goes on where it was";
+      << "it continues at its place";
   const int last = kBefore + kAfter - 1;
   const Se3 went = T_world_cam(kBefore).inverse() * T_world_cam(last);
   const Se3 truth = StreetDrive::T_world_cam(seen_in(kBefore)).inverse() * StreetDrive::T_world_cam(seen_in(last));
@@ -87,7 +87,7 @@ TEST_F(Cut, ALongGapInTimeIsNoMotion) {
              run.finalised[kBefore - 1].camera.T_world_cam.translation)
                 .norm(),
             0.01)
-      << "it goes on where it was";
+      << "it continues at its place";
 }
 
 /// A vehicle drives ahead of the camera; after the cut another one does, at the same place in the image.

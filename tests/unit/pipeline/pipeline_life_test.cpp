@@ -48,7 +48,7 @@ TEST(Pipeline, RefusesImagesOfAnotherSize) {
   EXPECT_TRUE(run.pipeline().process(right.at(7)));
 }
 
-TEST(Pipeline, RefusesTimeThatDoesNotAdvanceAndGoesOn) {
+TEST(Pipeline, RefusesTimeThatDoesNotAdvanceAndContinues) {
   PipelineRun run(small_config());
   const StreetDrive street;
   run.drive(street, 0, 3);

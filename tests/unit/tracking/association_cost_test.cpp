@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -40,8 +41,8 @@ TEST(BoxEvidence, FallsWithTheSquaredInnovationInSigmas) {
 
 TEST(BoxEvidence, LessIsKnownOfThePlaceTheLessItSays) {
   const double sure = box_evidence(predicted_at(kCar, 2.0), kCar, kImageWidth, kImageHeight);
-  const double unsure = box_evidence(predicted_at(kCar, 20.0), kCar, kImageWidth, kImageHeight);
-  EXPECT_GT(sure, unsure);
+  const double uncertain = box_evidence(predicted_at(kCar, 20.0), kCar, kImageWidth, kImageHeight);
+  EXPECT_GT(sure, uncertain);
   const PixelBox beside = moved(kCar, 20);
   EXPECT_LT(box_evidence(predicted_at(kCar, 2.0), beside, kImageWidth, kImageHeight),
             box_evidence(predicted_at(kCar, 20.0), beside, kImageWidth, kImageHeight));
@@ -94,6 +95,26 @@ TEST(DisparityEvidence, OfFewFeaturesAllMayLieOnSomethingElse) {
   EXPECT_GT(disparity_evidence(10.0, 0.0, 40.0, 1), -2.0);
   EXPECT_GT(disparity_evidence(10.0, 0.0, 40.0, 1), disparity_evidence(10.0, 0.0, 40.0, 3));
   EXPECT_EQ(disparity_evidence(10.0, 0.0, 40.0, 50), disparity_evidence(10.0, 0.0, 80.0, 60)) << "and never says all";
+}
+
+// Metres as pixels: x, y, disparity.
+TEST(VolumeEvidence, IsForPointsInsideAndAgainstPointsOutside) {
+  const PredictedVolume volume{.known = true, .half_size_m = {10.0, 5.0, 2.0}, .sigma_m = {0.5, 0.5, 0.5}};
+  const auto evidence_at = [&](const PredictedVolume& in, float x, float disparity_px) {
+    const std::vector<DisparitySample> samples(4, DisparitySample{{x, 0.F}, disparity_px});
+    return volume_evidence(in, samples);
+  };
+  EXPECT_GT(evidence_at(volume, 0.F, 0.5F), 3.0);
+  EXPECT_GT(evidence_at(volume, 10.F, 0.5F), 3.0) << "visible surfaces lie on faces";
+  EXPECT_LT(evidence_at(volume, 14.F, 0.5F), 0.0);
+  EXPECT_LT(evidence_at(volume, 0.F, 6.F), 0.0);
+  PredictedVolume uncertain = volume;
+  uncertain.sigma_m.setConstant(5.0);
+  EXPECT_GT(evidence_at(uncertain, 14.F, 0.5F), evidence_at(volume, 14.F, 0.5F));
+  EXPECT_LT(evidence_at(uncertain, 0.F, 0.5F), evidence_at(volume, 0.F, 0.5F)) << "it may be elsewhere";
+  uncertain.sigma_m.setConstant(100.0);
+  EXPECT_LT(evidence_at(uncertain, 0.F, 0.5F), 0.0) << "a volume that may be anywhere holds nothing";
+  EXPECT_EQ(volume_evidence(volume, {}), 0.0);
 }
 
 TEST(DetectionEvidence, AMissSpeaksAgainstWhatIsInPlainSightOnly) {

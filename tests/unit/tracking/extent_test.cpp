@@ -43,5 +43,37 @@ TEST(Extent, AnObjectThatHasLeftTheImageTakesNothingAtItsBorder) {
   EXPECT_EQ(id_after(leaving, entering, extent_of(rectangle(-900, 215, 120, 300), kSigma_px)), 1U);
 }
 
+/// Stereo measurements in these columns, at any row, with disparities about 10 px.
+PredictedVolume columns(double x0, double x1) {
+  PredictedVolume volume{.known = true, .half_size_m = {0.5 * (x1 - x0), 500.0, 2.0}, .sigma_m = {1.0, 1.0, 0.1}};
+  volume.T_box_stereo.topRightCorner<3, 1>() << -0.5 * (x0 + x1), 0.0, -10.0;
+  return volume;
+}
+
+/// Id of the track that is assigned a new detection where no mask or box is predicted, with features that were on no
+/// track. The object's own features are lost.
+std::uint32_t id_of_part(const PredictedVolume& volume) {
+  const Shape front = rectangle(100, 60, 300, 200);
+  const Shape door = rectangle(330, 90, 370, 130);
+  TrackerScene scene({}, 12);
+  scene.detected = {true, false};
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{front, door});
+  }
+  ObjectPrediction prediction{.known = true, .point_px = {front.x, front.y}, .depth_m = 10.0};
+  prediction.extent = extent_of(front, kSigma_px);
+  prediction.volume = volume;
+  scene.object_predictions.assign(1, prediction);
+  scene.detected = {false, true};
+  scene.step(std::array{shifted(front, -2000.0), door});
+  return scene.track_of(1)->id;
+}
+
+TEST(Extent, APartInTheObjectsSpaceIsItsOwnWhereverItsEdgesAreSeen) {
+  EXPECT_EQ(id_of_part(columns(90.0, 380.0)), 1U);
+  EXPECT_EQ(id_of_part(columns(90.0, 310.0)), 2U) << "beside it";
+  EXPECT_EQ(id_of_part({}), 2U);
+}
+
 }  // namespace
 }  // namespace kinetrace::tracking

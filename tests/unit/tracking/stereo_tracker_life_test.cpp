@@ -309,7 +309,7 @@ TEST(StereoTracker, HidesNothingWhereItWaitsInView) {
   }
 }
 
-TEST(StereoTracker, GoesOnAfterWaitingInViewWhenJoined) {
+TEST(StereoTracker, ContinuesAfterWaitingInViewWhenJoined) {
   TrackerScene scene;
   miss_in_view(scene, kMissedFrames + 5);
   scene.detected = {true};
@@ -400,7 +400,7 @@ TEST(StereoTracker, IsNotSplitWhereNoSlotIsFree) {
   EXPECT_EQ(scene.tracker().tracks()[0].id, 1U);
 }
 
-TEST(StereoTracker, GoesOnUnderTheEarlierIdAfterJoining) {
+TEST(StereoTracker, ContinuesUnderTheEarlierIdAfterJoining) {
   TrackerScene scene;
   const Shape other = shifted(kCar, 300.0);
   for (int i = 0; i < 3; ++i) {

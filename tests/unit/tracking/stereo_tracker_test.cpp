@@ -236,7 +236,7 @@ TEST(StereoTracker, PassesIgnoredPixelsOn) {
   EXPECT_EQ(area_of(frame.left_labels, 1), detections.left[0].area_px);
 }
 
-TEST(StereoTracker, ShowsOnlyWhatNobodyElseClaimsOfAPropagatedTrack) {
+TEST(StereoTracker, ShowsOnlyTheUnassignedPartOfAPropagatedTrack) {
   TrackerScene scene;
   const Shape hidden{.x = 200.0, .y = 100.0, .disparity_px = 10.0};
   const Shape front{.x = 240.0, .y = 100.0, .disparity_px = 20.0};

@@ -1,5 +1,6 @@
 #include "kinetrace/trajectory/object_motion.hpp"
 
+#include <cmath>
 #include <random>
 
 #include <Eigen/Cholesky>
@@ -95,7 +96,7 @@ TEST(ObjectMotion, WhatAWrongCalibrationMayHaveMovedIsNotSaidToMove) {
   }
 }
 
-TEST(ObjectMotion, CalibrationIsNoDoubtWhereTheCameraRests) {
+TEST(ObjectMotion, CalibrationAddsNoUncertaintyAtRest) {
   EXPECT_TRUE(
       velocity_per_disparity({0.1, 0.0, 1.0}, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Zero(), 10.0, 20.0).isZero());
 }
@@ -170,7 +171,7 @@ TEST(ObjectMotion, RespectsGapsAndIrregularTimes) {
   ObjectMotion motion({});
   Path path(0.01);
   const Eigen::Vector3d velocity(0.0, 0.0, 8.0);
-  for (const double time_s : {0.0, 0.1, 0.4, 0.45, 0.9, 1.0}) {
+  for (const double time_s : {0.0, 0.1, 0.4, 0.55, 0.9, 1.0}) {
     motion.push(path.sample(time_s, velocity * time_s));
   }
   EXPECT_LT((motion.at(0).velocity_mps - velocity).norm(), 0.2);
@@ -258,10 +259,12 @@ void push_correlated(ObjectMotion& motion, const Eigen::Vector3d& velocity_mps,
 }
 
 /// Whether such a motion counts as moving, with a threshold of .1 m/s.
-bool moves(const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& correlated_error_m, int count, double step_s) {
+bool moves(const Eigen::Vector3d& velocity_mps, const Eigen::Vector3d& correlated_error_m, int count, double step_s,
+           bool walks = false) {
   TrajectoryConfig config;
   config.min_moving_speed_mps = 0.1;
   ObjectMotion motion(config);
+  motion.set_gait(walks);
   push_correlated(motion, velocity_mps, correlated_error_m, count, step_s);
   return motion.at(0).moving;
 }
@@ -281,8 +284,8 @@ TEST(ObjectMotion, ACorrelatedErrorTakesHalfASecond) {
     EXPECT_TRUE(moves({0.0, 0.0, 1.2}, correlated_error_m, 3, step_s)) << step_s;
     EXPECT_FALSE(moves({0.0, 0.0, 0.6}, correlated_error_m, 3, step_s)) << step_s;
   }
-  // Over a whole second it would have to go twice as far.
-  EXPECT_TRUE(moves({0.0, 0.0, 0.6}, correlated_error_m, 6, 2.0 * kFrame_s));
+  // Over a whole second, as of a person, it would have to go twice as far.
+  EXPECT_TRUE(moves({0.0, 0.0, 0.6}, correlated_error_m, 6, 2.0 * kFrame_s, true));
 }
 
 TEST(ObjectMotion, ObservationsLongBeforeAGapGiveTheErrorNoTime) {
@@ -293,6 +296,51 @@ TEST(ObjectMotion, ObservationsLongBeforeAGapGiveTheErrorNoTime) {
   push_correlated(motion, Eigen::Vector3d::Zero(), correlated_error_m, 3, kFrame_s);
   push_correlated(motion, {0.0, 0.0, 0.6}, correlated_error_m, 3, kFrame_s, 60.0);
   EXPECT_FALSE(motion.at(0).moving);
+}
+
+// A person 9 m from glasses, who walks towards them: the depth is uncertain by .3 m.
+TEST(ObjectMotion, IsMeasuredOverTimeNotOverFrames) {
+  const auto significance = [](double frame_s) {
+    ObjectMotion motion({});
+    Path path(0.0);
+    for (int i = 0; i * frame_s < 1.5; ++i) {
+      MotionSample sample = path.sample(i * frame_s, {0.0, 0.0, 9.0 - 1.1 * i * frame_s});
+      sample.position_covariance = 0.3 * 0.3 * Eigen::Matrix3d::Identity();
+      motion.push(sample);
+    }
+    return std::sqrt(motion.at(0).covariance(2, 2));
+  };
+  EXPECT_LT(significance(0.04), significance(0.1));
+  EXPECT_GT(significance(0.04), 0.4 * significance(0.1));
+}
+
+TEST(ObjectMotion, PeopleAreMeasuredOverTwiceTheTime) {
+  const auto sigma_mps = [](bool walks) {
+    ObjectMotion motion({});
+    motion.set_gait(walks);
+    Path path(0.2);
+    for (int i = 0; i < 20; ++i) {
+      motion.push(path.sample(0.1 * i, {0.0, 0.0, 9.0 - 0.11 * i}));
+    }
+    return std::sqrt(motion.at(0).covariance(2, 2));
+  };
+  EXPECT_LT(sigma_mps(true), 0.6 * sigma_mps(false));
+}
+
+TEST(ObjectMotion, APredictedPositionIsNoEvidence) {
+  ObjectMotion motion({});
+  Path path(0.01);
+  for (int i = 0; i < 8; ++i) {
+    MotionSample sample = path.sample(0.1 * i, {0.1 * i, 0.0, 9.0});
+    if (i % 3 == 1) {  // predicted, far off
+      sample.T_world_obj.translation.x() += 30.0;
+      sample.is_evidence = false;
+    }
+    motion.push(sample);
+  }
+  const MotionEstimate estimate = motion.at(0);
+  EXPECT_TRUE(estimate.moving);
+  EXPECT_NEAR(estimate.velocity_mps.x(), 1.0, 0.1);
 }
 
 TEST(ObjectMotion, FollowsTheReferencePointAndTheTurn) {

@@ -18,14 +18,14 @@ std::string message(void (*change)(TrajectoryConfig&)) {
 
 TEST(TrajectoryConfig, DefaultsAndLimitsAreValid) {
   EXPECT_EQ(message([](TrajectoryConfig&) {}), "");
-  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_frames = 1; }), "");
-  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_frames = 10; }), "");
+  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_s = 0.01; }), "");
+  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_s = 1.0; }), "");
 }
 
 TEST(TrajectoryConfig, NamesTheKeyThatIsOutOfRange) {
-  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_frames = 11; }),
-            "trajectory.velocity_window_frames must be in [1, 10], got 11");
-  EXPECT_THAT(message([](TrajectoryConfig& c) { c.velocity_window_frames = 0; }), testing::HasSubstr("got 0"));
+  EXPECT_EQ(message([](TrajectoryConfig& c) { c.velocity_window_s = 1.1; }),
+            "trajectory.velocity_window_s must be in [0.01, 1], got 1.1");
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.velocity_window_s = 0.0; }), testing::HasSubstr("got 0"));
   EXPECT_THAT(message([](TrajectoryConfig& c) { c.min_moving_speed_mps = -0.1; }),
               testing::HasSubstr("trajectory.min_moving_speed_mps"));
   EXPECT_THAT(message([](TrajectoryConfig& c) { c.moving_significance = std::nan(""); }),

@@ -141,7 +141,7 @@ TEST_F(TrajectorySmootherTest, IsNotBentByOneWildPosition) {
   }
 }
 
-TEST_F(TrajectorySmootherTest, KeepsFinalNodesAndGoesOnFromThem) {
+TEST_F(TrajectorySmootherTest, KeepsFinalNodesAndContinuesFromThem) {
   std::vector<PathNode> nodes = path(kMaxNodes);
   disturb(nodes, 7);
   for (std::size_t k = 0; k < 2; ++k) {

@@ -218,8 +218,7 @@ void visit_bodies(Config& config, Visitor& visit) {
 template <typename Config, typename Visitor>
 void visit_trajectory(Config& config, Visitor& visit) {
   auto& j = config.trajectory;
-  visit("trajectory.velocity_window_frames", j.velocity_window_frames,
-        "frames before and after over which velocity is fitted");
+  visit("trajectory.velocity_window_s", j.velocity_window_s, "time before and after over which velocity is fitted, s");
   visit("trajectory.min_moving_speed_mps", j.min_moving_speed_mps, "minimum speed of a moving object, m/s");
   visit("trajectory.moving_significance", j.moving_significance,
         "minimum speed of an object that becomes moving, in standard deviations");

@@ -14,6 +14,18 @@ struct ImageExtent {
   Eigen::Vector2d high_sigma_px = Eigen::Vector2d::Zero();
 };
 
+/// The space that an object occupies, as a region of stereo measurements.
+struct PredictedVolume {
+  bool known = false;
+  /// Homogeneous; from (u_left, v, disparity, 1), px, to the axes of its box with the origin at the centre, m.
+  Eigen::Matrix4d T_box_stereo = Eigen::Matrix4d::Identity();
+  Eigen::Vector3d half_size_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();  ///< Standard deviation of the faces along each axis.
+
+  /// Density of the object's points at a measured one, relative to that in a volume known exactly: 0 to 1.
+  [[nodiscard]] double density_at(const Eigen::Vector2d& left_px, double disparity_px, double disparity_sigma_px) const;
+};
+
 /// A fixed point of an object, projected into the left image of the current frame by the predicted poses of object and
 /// camera.
 struct ObjectPrediction {
@@ -25,6 +37,7 @@ struct ObjectPrediction {
   double disparity_px = 0.0;  ///< Of the centre of its visible part; 0: not known.
   double disparity_sigma_px = 0.0;
   ImageExtent extent = {};  ///< Of its box.
+  PredictedVolume volume = {};
 };
 
 }  // namespace kinetrace::tracking

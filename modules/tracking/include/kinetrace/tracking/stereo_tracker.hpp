@@ -49,9 +49,10 @@ struct TrackerCounters {
 /// detection given the predicted mask or the predicted extent of the object's box, whichever makes them likelier, and
 /// beyond the image border the box alone, with occluded and truncated edges censored; the share of the track's features
 /// on the detection; its disparity; its class; the probability of detection given the expected visible part; and the
-/// probability that a detection on another track's mask is a fragment of that track. Pairs below zero are left out,
-/// which is the optimum of the assignment with births and misses (Bar-Shalom, Li 1995). Features and prediction may
-/// both be wrong: the last observed position is a further hypothesis, with a small prior.
+/// probability that a detection on another track's mask is a fragment of that track. Edges and disparity give way to
+/// the space of the object's box if the detection's features lie there: it may be any part. Pairs below zero are left
+/// out, which is the optimum of the assignment with births and misses (Bar-Shalom, Li 1995). Features and prediction
+/// may both be wrong: the last observed position is a further hypothesis, with a small prior.
 ///
 /// Life: an unassigned detection initiates a tentative track, which is confirmed when matched in `confirm_frames`
 /// frames. Undetected, it is propagated by its prediction for `max_missed_s`, and ended then. A confirmed track with a
@@ -146,15 +147,20 @@ class StereoTracker {
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
   void associate(const DetectionFrame& detections, std::span<const Feature> features) noexcept;
   /// Log-likelihood ratio of the detection belonging to this track, against a new object and a missed track.
-  /// `disparity_px`: of the detection, median over `samples` features.
+  /// `disparity_px`: of the detection, median over `samples`.
   [[nodiscard]] double evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
-                                std::size_t samples) const noexcept;
+                                std::span<const DisparitySample> samples) const noexcept;
+  /// Evidence of where the detection is: as predicted, or any part of the object, in the space that it occupies.
+  [[nodiscard]] double place_evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
+                                      std::span<const DisparitySample> samples) const noexcept;
   /// Evidence of the detection's position: in the predicted extent of the object's box, on the predicted mask, occluded
   /// parts included, or at the last observed position.
   [[nodiscard]] double position_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
   /// Part of the detection on the predicted mask of another track of its class, the largest.
   [[nodiscard]] double overlap_fraction_with_others(const TrackInstance& instance,
                                                     const Detection& detection) const noexcept;
+  /// Expected of its mask: neither occluded by other tracks nor outside the image.
+  [[nodiscard]] static double visible_fraction(const TrackInstance& instance) noexcept;
   [[nodiscard]] static bool is_behind_camera(const TrackInstance& instance) noexcept;
   /// Part of the detection on the whole predicted mask.
   [[nodiscard]] static double overlap_fraction(const TrackInstance& instance, const Detection& detection) noexcept;

@@ -66,7 +66,7 @@ class BoxEstimator {
   void test_hypothesis(const BoxEvidence& evidence, const BoxState& start, int iterations, double margin) noexcept;
   [[nodiscard]] BoxState next_hypothesis(const BoxFrame& frame, const BoxEvidence& evidence) const noexcept;
   /// Records a rejected box, less probable by `cost_difference`, twice the difference of log-likelihoods.
-  void record_rival(const BoxState& rival, double cost_difference) noexcept;
+  void record_alternative(const BoxState& other, double cost_difference) noexcept;
   void update_heading(const BoxFrame& frame, const Ground& ground_obj) noexcept;
   void accept(const BoxFit& fit) noexcept;
 
@@ -75,8 +75,8 @@ class BoxEstimator {
   std::span<BoxView> views_;  ///< By the side from which the object is seen.
   BoxState state_;
   double cost_ = 0.0;
-  Box3Sigma sigma_;  ///< Of the accepted box alone.
-  Box3Sigma rival_;  ///< Largest recent deviation of a rival, times the root of its probability.
+  Box3Sigma sigma_;        ///< Of the accepted box alone.
+  Box3Sigma alternative_;  ///< Largest recent deviation of a rejected box, times the root of its probability.
   Eigen::Vector3d down_world_ = Eigen::Vector3d::UnitY();
   Eigen::Vector3d down_obj_ = Eigen::Vector3d::UnitY();
   std::optional<Heading> heading_;  ///< Newest one known, object frame.

@@ -19,6 +19,7 @@ struct MotionSample {
   /// Of the correlated position error, common to several frames and slowly varying, world, m^2: a resting object may
   /// drift by it over the window.
   Eigen::Matrix3d correlated_covariance = Eigen::Matrix3d::Zero();
+  bool is_evidence = true;  ///< Otherwise its position is no evidence of motion, and not used.
   /// Of the velocity error per pixel of common disparity error, world, (m/s/px)^2.
   Eigen::Matrix3d covariance_per_disparity = Eigen::Matrix3d::Zero();
 };
@@ -50,7 +51,9 @@ class ObjectMotion {
   /// Fewer give no velocity: two have no residuals that could reveal covariances that are too small.
   static constexpr std::size_t kMinSamples = 3;
 
-  explicit ObjectMotion(const TrajectoryConfig& config) : config_(config) {}
+  explicit ObjectMotion(const TrajectoryConfig& config) : config_(config), window_s_(config.velocity_window_s) {}
+  /// People keep their velocity for longer, and their positions are less certain: a window twice as long.
+  void set_gait(bool walks) noexcept { window_s_ = (walks ? 2.0 : 1.0) * config_.velocity_window_s; }
   void reset() noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   /// Reference point of the path, object frame. Changing it applies to the whole ring.
@@ -60,6 +63,8 @@ class ObjectMotion {
   void set_disparity_sigma(double sigma_px) noexcept { disparity_sigma_px_ = sigma_px; }
   /// Replaces the pose of `age` frames ago; ages beyond size() are ignored.
   void revise(std::size_t age, const Se3& T_world_obj, const Eigen::Matrix3d& position_covariance) noexcept;
+  /// The newest age whose window has all frames on both sides, if as many are in the ring.
+  [[nodiscard]] std::size_t centered_age() const noexcept;
   /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where it is
   /// significant. Significance is that of the velocity vector (root of its chi-square against zero), so that an
   /// uncertain depth does not mask a certain lateral motion. Hysteresis: an object whose sample or predecessor was
@@ -77,6 +82,7 @@ class ObjectMotion {
   [[nodiscard]] const Entry& entry(std::size_t age) const noexcept { return ring_[slot(age)]; }
 
   TrajectoryConfig config_;
+  double window_s_ = 0.0;
   std::array<Entry, kCapacity> ring_;
   std::size_t head_ = 0;  ///< Slot of the newest.
   std::size_t size_ = 0;

@@ -10,7 +10,7 @@
 namespace kinetrace::trajectory {
 
 struct KINETRACE_API TrajectoryConfig {
-  int velocity_window_frames = 5;      ///< Velocity is fitted over up to this many frames before and after, [1, 10].
+  double velocity_window_s = 0.5;      ///< Velocity is fitted over this time before and after.
   double min_moving_speed_mps = 0.5;   ///< Slower objects are not called moving, whatever the significance.
   double moving_significance = 4.0;    ///< Speed over its standard deviation to become moving; half of it to stop.
   double max_acceleration_mps2 = 4.0;  ///< Process noise of the motion filter.

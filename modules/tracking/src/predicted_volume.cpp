@@ -1,0 +1,25 @@
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "kinetrace/tracking/prediction.hpp"
+
+namespace kinetrace::tracking {
+
+// A uniform density in the box, convolved with the normal distribution of its faces and of the measurement; both are
+// approximated by their moments.
+double PredictedVolume::density_at(const Eigen::Vector2d& left_px, double disparity_px,
+                                   double disparity_sigma_px) const {
+  const auto point_at = [&](double px) -> Eigen::Vector3d {
+    return (T_box_stereo * Eigen::Vector4d(left_px.x(), left_px.y(), px, 1.0)).hnormalized();
+  };
+  const Eigen::Vector3d point_m = point_at(disparity_px);
+  const Eigen::Vector3d point_sigma_m = point_at(disparity_px + disparity_sigma_px) - point_m;
+  const Eigen::Vector3d outside_m = (point_m.cwiseAbs() - half_size_m).cwiseMax(0.0);
+  const Eigen::Vector3d variance_m2 = sigma_m.cwiseAbs2() + point_sigma_m.cwiseAbs2();
+  const Eigen::Vector3d extent_m = (half_size_m.cwiseAbs2() + variance_m2).cwiseSqrt();
+  return half_size_m.cwiseQuotient(extent_m).prod() *
+         std::exp(-0.5 * outside_m.cwiseAbs2().cwiseQuotient(variance_m2).sum());
+}
+
+}  // namespace kinetrace::tracking
