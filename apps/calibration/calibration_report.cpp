@@ -13,16 +13,16 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string camera_line(const char* name, const hal::CameraModel& camera, const ParameterVector& sigmas, int first) {
-  return text("%-8s fx %.2f +- %.2f, fy %.2f +- %.2f, cx %.2f +- %.2f, cy %.2f +- %.2f px", name, camera.fx_px,
-              sigmas(first), camera.fy_px, sigmas(first + 1), camera.cx_px, sigmas(first + 2), camera.cy_px,
-              sigmas(first + 3));
+  return formatted("%-8s fx %.2f +- %.2f, fy %.2f +- %.2f, cx %.2f +- %.2f, cy %.2f +- %.2f px", name, camera.fx_px,
+                   sigmas(first), camera.fy_px, sigmas(first + 1), camera.cx_px, sigmas(first + 2), camera.cy_px,
+                   sigmas(first + 3));
 }
 
 std::string lens_line(const hal::CameraModel& camera, const ParameterVector& sigmas, int first) {
   std::string line = "         distortion";
   for (int i = 0; i < 8; ++i) {
     if (sigmas(first + 4 + i) > 0.0) {
-      line += text(" %.5f +- %.5f", camera.distortion[static_cast<std::size_t>(i)], sigmas(first + 4 + i));
+      line += formatted(" %.5f +- %.5f", camera.distortion[static_cast<std::size_t>(i)], sigmas(first + 4 + i));
     }
   }
   return line;
@@ -132,22 +132,22 @@ std::vector<std::string> report_lines(const TargetCalibration& calibration) {
           lens_line(estimate.rig.left, sigmas, 0),
           camera_line("right", estimate.rig.right, sigmas, kCameraParameters),
           lens_line(estimate.rig.right, sigmas, kCameraParameters),
-          text("rotation %.3f +- %.3f, %.3f +- %.3f, %.3f +- %.3f deg about x, y, z", angles.x(), pose(0) * kDegrees,
-               angles.y(), pose(1) * kDegrees, angles.z(), pose(2) * kDegrees),
-          text("baseline %.5f +- %.5f m (right camera at %.5f, %.5f, %.5f)", offset.norm(), pose(3), offset.x(),
-               offset.y(), offset.z()),
-          text("corners  %.3f px RMS left, %.3f px right; %zu views, %zu rejected", estimate.left_rms_px,
-               estimate.right_rms_px, estimate.used_views.size(), estimate.rejected_views),
-          text("checked  on %zu views left out: rows %.3f px RMS (%.2f at most), lengths %+.3f %% (%.3f %% RMS)",
-               validation.views, validation.epipolar_rms_px, validation.epipolar_max_px,
-               100.0 * validation.length_error, 100.0 * validation.length_rms)};
+          formatted("rotation %.3f +- %.3f, %.3f +- %.3f, %.3f +- %.3f deg about x, y, z", angles.x(),
+                    pose(0) * kDegrees, angles.y(), pose(1) * kDegrees, angles.z(), pose(2) * kDegrees),
+          formatted("baseline %.5f +- %.5f m (right camera at %.5f, %.5f, %.5f)", offset.norm(), pose(3), offset.x(),
+                    offset.y(), offset.z()),
+          formatted("corners  %.3f px RMS left, %.3f px right; %zu views, %zu rejected", estimate.left_rms_px,
+                    estimate.right_rms_px, estimate.used_views.size(), estimate.rejected_views),
+          formatted("checked  on %zu views left out: rows %.3f px RMS (%.2f at most), lengths %+.3f %% (%.3f %% RMS)",
+                    validation.views, validation.epipolar_rms_px, validation.epipolar_max_px,
+                    100.0 * validation.length_error, 100.0 * validation.length_rms)};
 }
 
 std::vector<std::string> remarks(const TargetCalibration& calibration, const ReportSource& source) {
-  return {
-      "Made by kinetrace calibrate from " + source.images, "with " + source.target + ", lens model " + source.lens,
-      text("Corners %.3f px (left), %.3f px (right); rows on views left out %.3f px", calibration.estimate.left_rms_px,
-           calibration.estimate.right_rms_px, calibration.validation.epipolar_rms_px)};
+  return {"Made by kinetrace calibrate from " + source.images, "with " + source.target + ", lens model " + source.lens,
+          formatted("Corners %.3f px (left), %.3f px (right); rows on views left out %.3f px",
+                    calibration.estimate.left_rms_px, calibration.estimate.right_rms_px,
+                    calibration.validation.epipolar_rms_px)};
 }
 
 std::string report_json(const TargetCalibration& calibration, const ViewCollector& views, const ReportSource& source) {

@@ -4,8 +4,6 @@
 #include <array>
 #include <cstdio>
 
-#include "cli/progress.hpp"
-
 namespace kinetrace::calibration {
 
 std::string guidance_text(const Assessment& assessment, Offer newest) {
@@ -24,23 +22,9 @@ std::string guidance_text(const Assessment& assessment, Offer newest) {
   return line + (assessment.missing.empty() ? "enough" : "next: " + assessment.missing.front());
 }
 
-GuidanceLine::GuidanceLine(bool enabled) : enabled_(enabled && app::stderr_is_terminal()) {}
-
 void GuidanceLine::show(const ViewCollector& views, Offer newest) {
-  constexpr std::chrono::milliseconds kRedrawInterval(100);
-  const Clock::time_point now = Clock::now();
-  if (!enabled_ || now < next_) {
-    return;
-  }
-  next_ = now + kRedrawInterval;
-  visible_ = true;
-  std::fprintf(stderr, "\r%s\033[K", guidance_text(views.assess(), newest).c_str());
-}
-
-void GuidanceLine::clear() {
-  if (visible_) {
-    std::fputs("\r\033[K", stderr);
-    visible_ = false;
+  if (line_.is_due()) {
+    std::fprintf(stderr, "\r%s\033[K", guidance_text(views.assess(), newest).c_str());
   }
 }
 

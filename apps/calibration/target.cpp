@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include <yaml-cpp/yaml.h>
 
 #include "kinetrace/core/input_file.hpp"
+#include "kinetrace/core/yaml_text.hpp"
 
 namespace kinetrace::calibration {
 namespace {
@@ -142,6 +144,25 @@ std::string metres(double length_m) {
   return text.data();
 }
 
+// yaml-cpp keeps duplicates and finds only the first: the second would be ignored silently.
+Status check_keys(const YAML::Node& file) {
+  if (!file.IsMap()) {
+    return fail(ErrorCode::kBadFormat,
+                "is no target file; it says target_type: aprilgrid, checkerboard or charuco and its sizes");
+  }
+  std::map<std::string, int> line_of;
+  for (const auto& entry : file) {
+    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : std::string();
+    const int line = entry.first.Mark().line + 1;
+    if (const auto [first, is_new] = line_of.emplace(key, line); !is_new) {
+      return fail(ErrorCode::kBadFormat, "line " + std::to_string(line) + ": \"" + key +
+                                             "\" is already given in line " + std::to_string(first->second) +
+                                             "; keep one");
+    }
+  }
+  return {};
+}
+
 // Values of a target file; missing or invalid ones throw as in yaml-cpp.
 Result<Target> target_of(const YAML::Node& file) {
   const auto type = file["target_type"].as<std::string>();
@@ -155,7 +176,11 @@ Result<Target> target_of(const YAML::Node& file) {
     if (!size || !tag_m || !gap) {
       return Unexpected(!size ? size.error() : !tag_m ? tag_m.error() : gap.error());
     }
-    return april_grid_target(size->columns, size->rows, *tag_m, *gap, std::clamp(border_bits, 1, 2));
+    if (border_bits < 1 || border_bits > 2) {
+      return fail(ErrorCode::kBadFormat,
+                  "borderBits is " + std::to_string(border_bits) + "; a tag's border has 1 or 2");
+    }
+    return april_grid_target(size->columns, size->rows, *tag_m, *gap, border_bits);
   }
   if (type == "checkerboard") {
     const auto size = check_size(integer("targetCols"), integer("targetRows"), kMinPoints);
@@ -289,8 +314,13 @@ Result<Target> read_target(const std::string& path) {
   if (!text) {
     return Unexpected(text.error());
   }
+  if (const auto line = second_document_line(*text)) {
+    return fail(ErrorCode::kBadFormat, path + ": line " + std::to_string(*line) + ": " + std::string(kSecondDocument));
+  }
   try {
-    Result<Target> target = target_of(YAML::Load(*text));
+    const YAML::Node file = YAML::Load(*text);
+    const Status keys = check_keys(file);
+    Result<Target> target = keys ? target_of(file) : Unexpected(keys.error());
     return target ? target : fail(ErrorCode::kBadFormat, path + ": " + target.error().message);
   } catch (const YAML::Exception& exception) {
     return fail(ErrorCode::kBadFormat, path + ": is no target file (" + exception.what() +

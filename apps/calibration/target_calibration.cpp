@@ -27,26 +27,27 @@ std::vector<std::string> problems_of(const StereoEstimate& estimate) {
   std::vector<std::string> problems;
   if (estimate.sigma_px > kMaxSigma_px) {
     problems.push_back(
-        text("corners lie %.2f px off where the estimate has them; is the target flat, the lens "
-             "model right, are both images of the same moment?",
-             estimate.sigma_px));
+        formatted("corners lie %.2f px off where the estimate has them; is the target flat, the lens "
+                  "model right, are both images of the same moment?",
+                  estimate.sigma_px));
   }
   const auto all = static_cast<double>(estimate.used_views.size() + estimate.rejected_views);
   if (static_cast<double>(estimate.rejected_views) > kMaxRejected * all) {
     problems.push_back(
-        text("%.0f %% of the views contradict the others; hold the target still, and check that both "
-             "cameras take their images together",
-             100.0 * static_cast<double>(estimate.rejected_views) / all));
+        formatted("%.0f %% of the views contradict the others; hold the target still, and check that both "
+                  "cameras take their images together",
+                  100.0 * static_cast<double>(estimate.rejected_views) / all));
   }
   if (estimate.relative_focal_sigma() > kMaxFocalSigma) {
     problems.push_back(
-        text("the focal length is known to %.2f %% only; show the target tilted by 30 to 45 deg, nearer, "
-             "and in more places",
-             100.0 * estimate.relative_focal_sigma()));
+        formatted("the focal length is known to %.2f %% only; show the target tilted by 30 to 45 deg, nearer, "
+                  "and in more places",
+                  100.0 * estimate.relative_focal_sigma()));
   }
   if (estimate.rotation_sigma_rad() > kMaxRotationSigma_rad) {
-    problems.push_back(text("the rotation between the views is known to %.3f deg only; show the target in more places",
-                            estimate.rotation_sigma_rad() * kDegrees));
+    problems.push_back(
+        formatted("the rotation between the views is known to %.3f deg only; show the target in more places",
+                  estimate.rotation_sigma_rad() * kDegrees));
   }
   return problems;
 }
@@ -54,11 +55,11 @@ std::vector<std::string> problems_of(const StereoEstimate& estimate) {
 std::vector<std::string> warnings_of(const StereoEstimate& estimate, const Assessment& assessment) {
   std::vector<std::string> warnings;
   if (estimate.sigma_px > kGoodSigma_px) {
-    warnings.push_back(text("corners lie %.2f px off, usual is 0.1 px: blur, a bent target, or another lens model",
-                            estimate.sigma_px));
+    warnings.push_back(formatted("corners lie %.2f px off, usual is 0.1 px: blur, a bent target, or another lens model",
+                                 estimate.sigma_px));
   }
   if (estimate.relative_focal_sigma() > kGoodFocalSigma) {
-    warnings.push_back(text("the focal length is known to %.2f %%", 100.0 * estimate.relative_focal_sigma()));
+    warnings.push_back(formatted("the focal length is known to %.2f %%", 100.0 * estimate.relative_focal_sigma()));
   }
   if (!assessment.missing.empty()) {
     warnings.push_back("would be better with more: " + joined(assessment.missing));

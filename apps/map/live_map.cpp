@@ -235,8 +235,8 @@ class LiveMap {
   }
 
   void report_state(std::int64_t now_ns) {
-    constexpr std::int64_t kPatience_ns = 3 * kSecond_ns;
-    if (alignment_.newest() || now_ns - begin_ns_ > kPatience_ns) {
+    constexpr std::int64_t kFirstAlignmentTimeout_ns = 3 * kSecond_ns;
+    if (alignment_.newest() || now_ns - begin_ns_ > kFirstAlignmentTimeout_ns) {
       display_.show_state();
     }
     if (now_ns < next_diagnostics_ns_) {
@@ -293,7 +293,7 @@ class LiveMap {
 Status check(const MapOptions& options) {
   if (!options.run.empty() || !options.out.empty()) {
     return fail(ErrorCode::kInvalidArgument,
-                "--reference navsatfix follows a run that goes on: leave out the run folder and --out");
+                "--reference navsatfix follows a run in progress: leave out the run folder and --out");
   }
   const std::string topic = live_topic(options.reference);
   const bool is_name =

@@ -125,18 +125,18 @@ void join(const Candidate& pair, std::map<std::uint32_t, RefinedObject>& objects
 }  // namespace
 
 std::map<std::uint32_t, std::uint32_t> join_tracks(std::map<std::uint32_t, RefinedObject>& objects) {
-  std::map<std::uint32_t, std::uint32_t> goes_on_as;
+  std::map<std::uint32_t, std::uint32_t> joined_into;
   while (true) {
     const std::vector<Candidate> all = candidates(objects);
     const auto clear = std::find_if(all.begin(), all.end(), [&](const Candidate& one) { return is_clear(one, all); });
     if (clear == all.end()) {
-      return goes_on_as;
+      return joined_into;
     }
     join(*clear, objects);
-    for (auto& [track_id, now] : goes_on_as) {
+    for (auto& [track_id, now] : joined_into) {
       now = now == clear->after ? clear->before : now;
     }
-    goes_on_as[clear->after] = clear->before;
+    joined_into[clear->after] = clear->before;
   }
 }
 

@@ -107,7 +107,7 @@ Status complete_lives(const recording::Run& run, RefinedRun& refined) {
       fill_birth(run, T_world_cam, masks->second, object);
     }
   }
-  refined.goes_on_as = join_tracks(refined.objects);
+  refined.joined_into = join_tracks(refined.objects);
   for (auto& [track_id, object] : refined.objects) {
     fill_gaps(run, T_world_cam, object);
   }
@@ -132,6 +132,10 @@ Outcome<RefinedRun> refine(recording::Run& run, const RefineOptions& asked, Refi
     return failure(measured.error());
   }
   refined.measured = std::move(*measured);
+  if (const std::size_t missing = refined.measured.frames_without_images; missing > 0) {
+    refined.notes.push_back("the points of " + std::to_string(missing) +
+                            " frames were not measured again: the recording has no images of them any more");
+  }
   Result<RefinedCamera> camera =
       refine_camera(run, refined.measured, options, [&](std::size_t rows) { progress.camera(rows); });
   if (!camera) {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "cli/progress.hpp"
-
 namespace kinetrace::batch {
 namespace {
 
@@ -19,9 +17,7 @@ constexpr double kWrittenRow_s = 0.004;
 }  // namespace
 
 RefineProgress::RefineProgress(bool enabled, std::size_t rows, std::size_t object_rows)
-    : enabled_(enabled && app::stderr_is_terminal()),
-      rows_(static_cast<double>(rows)),
-      object_rows_(static_cast<double>(object_rows)) {}
+    : line_(enabled), rows_(static_cast<double>(rows)), object_rows_(static_cast<double>(object_rows)) {}
 
 void RefineProgress::measured(std::size_t rows_done) {
   show("images", static_cast<double>(rows_done) * kMeasuredRow_s);
@@ -45,26 +41,15 @@ void RefineProgress::written(std::size_t rows_done) {
 }
 
 void RefineProgress::show(const char* doing, double part) {
-  const Clock::time_point now = Clock::now();
-  if (!enabled_ || now < next_) {
+  if (!line_.is_due()) {
     return;
   }
-  next_ = now + std::chrono::milliseconds(100);
-  visible_ = true;
   const double whole =
       rows_ * (kMeasuredRow_s + kCameraRow_s + kLoopRow_s + kWrittenRow_s) + object_rows_ * kObjectRow_s;
   const double done = whole > 0.0 ? std::clamp(part / whole, 1e-3, 1.0) : 1.0;
-  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
-  const int left_s = static_cast<int>(elapsed_s * (1.0 - done) / done);
+  const int left_s = static_cast<int>(line_.elapsed_s() * (1.0 - done) / done);
   std::fprintf(stderr, "\r%-8s %3d %%, %d:%02d left \033[K", doing, static_cast<int>(100.0 * done), left_s / 60,
                left_s % 60);
-}
-
-void RefineProgress::clear() {
-  if (visible_) {
-    std::fputs("\r\033[K", stderr);
-    visible_ = false;
-  }
 }
 
 }  // namespace kinetrace::batch

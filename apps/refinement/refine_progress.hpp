@@ -1,12 +1,12 @@
 // Progress line with the remaining time.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
+
+#include "cli/progress.hpp"
 
 namespace kinetrace::batch {
 
-/// Redrawn on standard error at most ten times a second; silent unless that is a terminal.
 class RefineProgress {
  public:
   RefineProgress(bool enabled, std::size_t rows, std::size_t object_rows);
@@ -16,19 +16,14 @@ class RefineProgress {
   void loops(double part);
   void objects(std::size_t rows_done);
   void written(std::size_t rows_done);
-  /// Removes the line, so that other text can follow.
-  void clear();
+  void clear() { line_.clear(); }
 
  private:
   void show(const char* doing, double part);
 
-  using Clock = std::chrono::steady_clock;
-  bool enabled_;
-  bool visible_ = false;
+  app::RedrawnLine line_;
   double rows_;
   double object_rows_;
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point next_ = start_;
 };
 
 }  // namespace kinetrace::batch

@@ -152,7 +152,7 @@ class Writer {
   /// With those of the tracks joined to it.
   [[nodiscard]] Result<Intensities> object_intensities(std::uint32_t track_id) const {
     Result<Intensities> intensities = point_intensities(run_, track_id);
-    for (const auto& [joined, into] : refined_.goes_on_as) {
+    for (const auto& [joined, into] : refined_.joined_into) {
       if (!intensities || into != track_id) {
         continue;
       }
@@ -226,8 +226,8 @@ class Writer {
   }
 
   [[nodiscard]] std::uint32_t name_of(std::uint32_t track_id) const {
-    const auto joined = refined_.goes_on_as.find(track_id);
-    return joined == refined_.goes_on_as.end() ? track_id : joined->second;
+    const auto joined = refined_.joined_into.find(track_id);
+    return joined == refined_.joined_into.end() ? track_id : joined->second;
   }
 
   /// The run's COLMAP model lists the frames in which its camera was tracked; without one, all were.

@@ -17,8 +17,8 @@ namespace kinetrace::batch {
 
 struct RefinedRun {
   RefinedCamera camera;
-  std::map<std::uint32_t, RefinedObject> objects;          ///< By track.
-  std::map<std::uint32_t, std::uint32_t> goes_on_as = {};  ///< New ids of tracks joined to another one.
+  std::map<std::uint32_t, RefinedObject> objects;           ///< By track.
+  std::map<std::uint32_t, std::uint32_t> joined_into = {};  ///< New ids of tracks joined to another one.
   PathCorrection path = {};
   MeasuredBackground measured = {};
   std::vector<std::string> notes = {};  ///< Steps that failed, one line each.

@@ -27,30 +27,29 @@ std::string scene_list() {
 }
 
 void add_recording(CLI::App& app, Options& options, std::string& out, std::string& degrade) {
-  app.add_option("SCENE", options.scene, "What to simulate; see below")->required();
+  app.add_option("SCENE", options.scene, "Scene to simulate; see below")->required();
   app.add_option("--out", out,
                  "Folder for the sequence and its truth; made, or replaced if it is an earlier simulation")
       ->type_name("DIR")
       ->required();
-  app.add_option("--frames", options.frames, "Number of frames; default: what the scene is laid out for")
+  app.add_option("--frames", options.frames, "Number of frames; default: those of the scene")
       ->check(app::at_least_one());
-  app.add_option(
-         "--seed", options.simulator.seed,
-         "Another seed is another world: houses, trees, ground, sun, looks and kinds of vehicles, pace and place of "
-         "everybody, heights of people, empty parking spots; with other noise")
+  app.add_option("--seed", options.simulator.seed,
+                 "Seed of the world: houses, trees, ground, sun, looks and kinds of vehicles, speed and "
+                 "place of people and vehicles, heights of people, empty parking spots, noise")
       ->type_name("N")
       ->capture_default_str();
-  app.add_option("--width", options.width_px, "Of the rectified pictures; the field of view stays")
+  app.add_option("--width", options.width_px, "Width of the rectified pictures; the field of view stays")
       ->check(CLI::Range(64, 4096));
-  app.add_option("--height", options.height_px, "Of the rectified pictures; crops or adds rows")
+  app.add_option("--height", options.height_px, "Height of the rectified pictures; crops or adds rows")
       ->check(CLI::Range(64, 4096));
   app.add_option("--rate", options.rate_hz, "Frames a second")->type_name("HZ")->check(app::number_within(0.5, 240.0));
-  app.add_option("--degrade", degrade, "Whether masks/detections_* are as a network would give them")
+  app.add_option("--degrade", degrade, "Degrades masks/detections_* like those of a network")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   app.add_option_function<double>(
          "--missing", [&options](double percent) { options.recording.degradation.miss_probability = 0.01 * percent; },
-         "Objects that a degraded picture of masks leaves out; default: 5")
+         "Share of objects missing from degraded masks; default: 5")
       ->type_name("PERCENT")
       ->check(app::number_within(0.0, 100.0));
 }
@@ -65,20 +64,21 @@ void add_camera(CLI::App& app, Options& options, int& samples) {
   app.add_option("--vignetting", sensor.vignetting, "Part of the light that is lost in the corners")
       ->capture_default_str();
   app.add_option("--blur", sensor.blur_px, "Blur of the lens, standard deviation in pixels")->capture_default_str();
-  app.add_option("--shutter", options.simulator.shutter_ms, "Exposure time; above 0, what moves is blurred")
+  app.add_option("--shutter", options.simulator.shutter_ms, "Exposure time; above 0, motion blurs the image")
       ->type_name("MS")
       ->capture_default_str();
   app.add_flag("--distortion", options.simulator.distortion,
-               "Raw pictures through crooked lenses, with the calibration to rectify them");
+               "Raw pictures through distorted lenses, with the calibration to rectify them");
   app.add_option("--samples", samples, "Rays per pixel")->check(CLI::IsMember({1, 4, 9, 16}))->capture_default_str();
-  app.add_option("--threads", options.simulator.threads, "They do not change the result")->capture_default_str();
+  app.add_option("--threads", options.simulator.threads, "Number of threads; the result does not depend on it")
+      ->capture_default_str();
 }
 
 constexpr double kDegree_rad = std::numbers::pi / 180.0;
 
 void add_rig_errors(CLI::App& app, RigErrors& errors) {
-  CLI::Option_group& group =
-      *app.add_option_group("Errors of the calibration", "What the calibration that is written does not know");
+  CLI::Option_group& group = *app.add_option_group("Errors of the calibration",
+                                                   "Deviations of the cameras from the calibration that is written");
   group
       .add_option(
           "--drift", errors.drift_mrad,
@@ -91,7 +91,7 @@ void add_rig_errors(CLI::App& app, RigErrors& errors) {
           [&errors](const std::vector<double>& deg) {
             errors.turn_rad = kDegree_rad * Eigen::Vector3d(deg[0], deg[1], deg[2]);
           },
-          "The right camera is turned about its x, y and z axes, degrees")
+          "Rotation of the right camera about its x, y and z axes, degrees")
       ->type_name("PITCH,YAW,ROLL")
       ->delimiter(',')
       ->expected(3);
@@ -101,17 +101,17 @@ void add_rig_errors(CLI::App& app, RigErrors& errors) {
           [&errors](const std::vector<double>& deg) {
             errors.baseline_rad = kDegree_rad * Eigen::Vector2d(deg[0], deg[1]);
           },
-          "How far the baseline points down and forward, degrees")
+          "Direction of the baseline, down and forward, degrees")
       ->type_name("DOWN,FORWARD")
       ->delimiter(',')
       ->expected(2);
-  group.add_option("--knock", errors.knock_s, "From when on --turn and --baseline hold, seconds")
+  group.add_option("--knock", errors.knock_s, "Time from which --turn and --baseline hold, seconds")
       ->type_name("S")
       ->check(app::number_within(0.0, 1e9));
   group
       .add_option_function<double>(
           "--focal", [&errors](double percent) { errors.focal = 0.01 * percent; },
-          "How much longer both focal lengths are, percent")
+          "Excess of both focal lengths, percent")
       ->type_name("PERCENT");
 }
 

@@ -159,7 +159,7 @@ TEST_F(LiveMap, PublishesWhereCameraAndObjectsAreOnceTheAlignmentIsDetermined) {
       EXPECT_TRUE(T_world_cam);
       EXPECT_LT((enu_m(*fix) - truth_.T_map_world * (*T_world_cam * kCar_cam)).norm(), 4.0 * sigma_of(*fix));
       EXPECT_STREQ(fix->header.frame_id, "object_1") << "not the lost one";
-      EXPECT_GT(fix->position_covariance[0], 0.01) << "as unsure as its box, too";
+      EXPECT_GT(fix->position_covariance[0], 0.01) << "as uncertain as its box, too";
     }
     for (const Transforms* message = tf_.next(kNow); message != nullptr; message = tf_.next(kNow)) {
       const geometry_msgs_msg_dds__TransformStamped_& transform = message->transforms._buffer[0];

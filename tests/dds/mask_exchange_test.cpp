@@ -191,7 +191,7 @@ TEST_F(MaskExchange, MasksForAnotherDeviceAreNotReceived) {
   EXPECT_EQ(messages_.size(), 1U);
 }
 
-TEST_F(MaskExchange, TheSenderRefusesMasksThatNobodyCouldUse) {
+TEST_F(MaskExchange, TheSenderRefusesUnusableMasks) {
   const auto error_of = [this](const MaskSender::Image::Mask& mask) {
     MaskSender::Image sent = image();
     sent.masks = {mask};

@@ -97,7 +97,7 @@ TEST_F(MasksOverDds, GiveTheSameResultAsTheFilesTheyAreMadeFrom) {
   }
 }
 
-TEST_F(MasksOverDds, FramesWithoutMasksAreCountedAndTracksGoOn) {
+TEST_F(MasksOverDds, FramesWithoutMasksAreCountedAndTracksContinue) {
   // The client lacks frames 4 and 5.
   const fs::path some = scratch_.path() / "some";
   fs::copy(masks("left"), some);
@@ -236,10 +236,10 @@ TEST_F(MasksOverDds, MasksOfAnotherRunAreRefusedAndReported) {
                                 HasSubstr("dds.device")));
 }
 
-TEST_F(MasksOverDds, ARunWithoutAnybodyWhoSendsGoesOnAndSaysSo) {
+TEST_F(MasksOverDds, ARunWithoutASenderContinuesAndReportsIt) {
   const ProgramResult result = run_over_dds("dds");
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, AllOf(HasSubstr("nobody sends masks"), HasSubstr("in 10 nobody was there")));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("no process sends masks"), HasSubstr("in 10 without a sender")));
   EXPECT_EQ(counters("dds").at("mask_frames_without_sender"), TruthRun::kFrames);
 }
 

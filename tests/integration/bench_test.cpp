@@ -57,6 +57,20 @@ TEST_F(Bench, TimesStagesAndLeavesOnlyTheFileItIsAskedFor) {
   EXPECT_EQ(std::distance(begin(entries), end(entries)), 2) << "the recording and the file";
 }
 
+TEST_F(Bench, ReplacesTimesOnly) {
+  const ProgramResult first = bench({"--out", file_});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(bench({"--out", file_}).exit_code, 0);
+  // Before the recording is opened, hence before any waiting.
+  std::ofstream(file_) << "frame,ms\n1,20\n";
+  expect_refusal(run_kinetrace({"bench", "--dataset", "folder:nowhere", "--out", file_}), kCannotCreate,
+                 file_ + ": is there already, and is no report of `kinetrace bench`; name another place");
+  EXPECT_EQ(text_of(file_), "frame,ms\n1,20\n");
+  const std::string nowhere = scratch_.path() / "none" / "bench.json";
+  expect_refusal(run_kinetrace({"bench", "--dataset", "folder:nowhere", "--out", nowhere}), kIo,
+                 nowhere + ": cannot be written (No such file or directory); check the folder");
+}
+
 TEST_F(Bench, AgainstAnEarlierVersionShowsItsMediansAndTheChange) {
   json earlier = measured();
   earlier["version"] = "0.0.1-earlier";
@@ -79,6 +93,7 @@ TEST_F(Bench, AgainstWhatIsNoBenchIsRefusedByName) {
     std::ofstream(file_) << text;
     expect_refused(file_, kBadData, file_ + ": is not what `kinetrace bench --out` writes; write it anew");
   }
+  std::filesystem::remove(file_);
   json cut = measured();
   cut["stage_ms"]["track_features"].erase("p95");
   std::ofstream(file_) << cut;

@@ -160,6 +160,8 @@ TEST_F(Calibrate, AFileOfAnotherKindIsKept) {
   std::filesystem::remove(drawing);
   EXPECT_EQ(draw().exit_code, 0);
   EXPECT_EQ(draw().exit_code, 0) << "a drawing is replaced";
+  expect_refusal(run_kinetrace({"calibrate", "--target", kBoard, "--draw", "board.png"}), kUsage,
+                 "--draw: board.png would be no png; name it .svg");
 }
 
 TEST_F(Calibrate, FindsARigFromAPartlyCoveredCharucoBoard) {

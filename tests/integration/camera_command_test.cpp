@@ -113,7 +113,33 @@ TEST_F(CameraCommand, RecordsWhatItProcesses) {
   EXPECT_EQ(report()["allocations_after_start"].is_null() ? 0 : report()["allocations_after_start"].get<int>(), 0);
 }
 
-TEST_F(CameraCommand, ARecordingThatCannotGoOnDoesNotStopTheRun) {
+TEST_F(CameraCommand, ResultsAndRecordingDoNotShareAFolder) {
+  const std::string source = camera();
+  ASSERT_EQ(run(source).exit_code, 0);
+  const std::string out = scratch_.file("out");
+  const std::string kept = text_of(out + "/run.json");
+  expect_refusal(run(source, {"--record", out + "/"}), kUsage,
+                 "--record " + out + "/: is the folder of the results, " + out +
+                     "; results and recording cannot share a folder, name another one");
+  expect_refusal(run(source, {"--record", scratch_.path().string()}), kUsage, "holds the folder of the results");
+  expect_refusal(run(source, {"--refine", "batch", "--record", out + ".online"}), kUsage, out + ".online");
+  // A place that is refused later must not have cost the earlier run.
+  std::ofstream(scratch_.file("file")) << "text";
+  expect_refusal(run(source, {"--record", scratch_.file("file") + "/raw"}), kCannotCreate, "file/raw: cannot be made");
+  std::filesystem::create_directories(raw() + "/earlier");
+  expect_refusal(run(source, {"--record", raw()}), kCannotCreate,
+                 raw() + ": is not empty; recordings are never written");
+  // A recording within the one that is played would become a part of it.
+  const std::string within = recording_.sequence().string() + "/raw";
+  expect_refusal(run(source, {"--record", within}), kCannotCreate, within + ": lies in the recording ");
+  expect_refusal(run_kinetrace({"record", "--dataset", recording_.dataset(), "--out", within}), kCannotCreate,
+                 within + ": lies in the recording " + recording_.sequence().string() + "; name another folder");
+  EXPECT_FALSE(std::filesystem::exists(within));
+  EXPECT_EQ(text_of(out + "/run.json"), kept);
+  EXPECT_EQ(run(source, {"--record", out + "/raw"}).exit_code, 0);
+}
+
+TEST_F(CameraCommand, ARecordingThatCannotContinueDoesNotStopTheRun) {
   const ProgramResult result = run(camera("", 3), {"--record", raw(), "--keep-free-mib", "1000000000"});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.err, AllOf(HasSubstr("raw recording stopped"), HasSubstr("full")));
@@ -202,7 +228,7 @@ TEST_F(CameraCommand, DoctorNamesEachFailureWithItsRemedy) {
   EXPECT_EQ(devices.exit_code, 0) << "a machine without cameras is not ill";
 }
 
-TEST_F(CameraCommand, CameraFilesAreBelievedOnlyAsAWhole) {
+TEST_F(CameraCommand, CameraFilesAreAcceptedOnlyAsAWhole) {
   const auto expect_refused = [this](const std::string& text, int exit_code, const std::string& culprit) {
     const ProgramResult result = run(written(text));
     EXPECT_EQ(result.exit_code, exit_code) << text << result.err;

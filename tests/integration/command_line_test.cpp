@@ -106,6 +106,27 @@ TEST_F(CommandLine, SettingsWinOverTheFileAndTheFileOverDefaults) {
   EXPECT_THAT(result.out, HasSubstr("  libraries_mib: 30\n"));
 }
 
+TEST_F(CommandLine, PathsOfAConfigurationFileAreRelativeToItAndThoseOfASettingToTheWorkingFolder) {
+  const std::filesystem::path sizes = std::filesystem::path(KINETRACE_SOURCE_DIR) / "config" / "sizes.yaml";
+  const std::filesystem::path folder = std::filesystem::canonical(scratch_.path());
+  std::filesystem::create_directory(folder / "rig");
+  std::filesystem::copy_file(sizes, folder / "rig" / "sizes.yaml");
+  const std::string file = (folder / "rig" / "mine.yaml").string();
+  std::ofstream(file) << "trajectory: {sizes: sizes.yaml}\nsegmentation: {left_dir: /masks}\n";
+  const ProgramResult beside = run_kinetrace({"config", "--config", file});
+  EXPECT_THAT(beside.out, HasSubstr("  sizes: \"" + (folder / "rig" / "sizes.yaml").string() + "\"\n")) << beside.err;
+  EXPECT_THAT(beside.out, HasSubstr("  left_dir: \"/masks\"\n"));
+  EXPECT_THAT(beside.out, HasSubstr("  right_dir: \"\"\n"));
+  // What is printed holds in every folder.
+  const ProgramResult set = run_in_shell("cd '" + folder.string() + "' && $kinetrace config --set " +
+                                         "trajectory.sizes=rig/sizes.yaml > printed.yaml && cd / && $kinetrace plan "
+                                         "--config '" +
+                                         (folder / "printed.yaml").string() + "'");
+  EXPECT_EQ(set.exit_code, 0) << set.err;
+  std::filesystem::remove(folder / "rig" / "sizes.yaml");
+  expect_refusal(run_kinetrace({"plan", "--config", file}), kNoInput, (folder / "rig" / "sizes.yaml").string());
+}
+
 TEST_F(CommandLine, PlanListsThePartsAndRefusesASmallBudget) {
   const ProgramResult plan = run_kinetrace({"plan", "--size", "640x480"});
   EXPECT_EQ(plan.exit_code, 0) << plan.err;

@@ -164,7 +164,7 @@ TEST_F(Fault, UnplugIsWaitedFor) {
   EXPECT_THAT(gone.program.err, ::testing::AllOf(::testing::HasSubstr("waiting"), ::testing::HasSubstr("is back")));
 }
 
-TEST_F(Fault, StuckIsBorne) {
+TEST_F(Fault, AStalledStreamContinues) {
   const FaultyRun stuck = run("stuck@14-15");
   EXPECT_EQ(stuck.frames(), all_but({14, 15}));
   EXPECT_EQ(stuck.report["health"]["worst"], "degraded");

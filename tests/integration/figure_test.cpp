@@ -180,6 +180,9 @@ TEST_F(Figure, WrongUseIsSaidInOneLine) {
   expect({"figure", run, "--overlay", pictures, "--film", pictures + "/../pictures/"}, 64, "name two folders");
   EXPECT_FALSE(std::filesystem::exists(pictures));
   expect({"figure", run, "--out", "/no/such/folder/x.png"}, 74, "/no/such/folder/x.png");
+  expect({"figure", run, "--out", run}, 74, run + ": is a folder; name a file");
+  expect({"figure", run, "--out", run + "/x.SVG"}, 64, "--out: " + run + "/x.SVG would be no svg; name it .png");
+  expect({"figure", run + "/run.json"}, 66, run + "/run.json: is a file; expected the folder of a run");
 }
 
 TEST_F(Figure, ARunOfAContainerHasItsImages) {

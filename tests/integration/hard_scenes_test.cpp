@@ -107,7 +107,7 @@ TEST(HardScenes, ATruckThatFillsTheViewDoesNotTakeTheCameraAlong) {
   constexpr double kMax_deg = 0.6;
   const Followed masked = truck->follow(truck->masked());
   // Of the 59 steps; the last ones depend on the processor's rounding.
-  EXPECT_GE(camera_errors(masked).steps, 56) << "a mask leaves hardly a doubt";
+  EXPECT_GE(camera_errors(masked).steps, 56) << "a mask leaves little uncertainty";
   EXPECT_LT(camera_errors(masked).worst_m, kMax_m);
   EXPECT_LT(camera_errors(masked).worst_deg, kMax_deg);
   EXPECT_EQ(moving_ids(masked).size(), 1U);

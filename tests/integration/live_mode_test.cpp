@@ -234,7 +234,7 @@ TEST_F(LiveMode, CapturesWithRealtimePriorityWhereThatIsAllowed) {
   EXPECT_EQ(result.err.find("realtime_priority") == std::string::npos, (policy & ~SCHED_RESET_ON_FORK) == SCHED_FIFO);
 }
 
-TEST_F(LiveMode, GoesOnWithoutRealtimePriorityAndSaysHowToGetIt) {
+TEST_F(LiveMode, ContinuesWithoutRealtimePriorityAndSaysHowToGetIt) {
   std::vector<std::string> program{"setpriv",   "--bounding-set", "-sys_nice",  "--inh-caps",
                                    "-sys_nice", "prlimit",        "--rtprio=0", KINETRACE_PROGRAM};
   const auto arguments = command("live", {"live.mode=on", "live.speed=10", "live.realtime_priority=7"}, 1);

@@ -190,7 +190,7 @@ TEST_F(NetworkRun, AutoSaysThatANetworkKnowsRenderedPicturesOnly) {
 }
 
 // A copy of the program with a plugin that never answers after the start.
-TEST_F(NetworkRun, ANetworkThatHangsDegradesHealthAndTrackingGoesOn) {
+TEST_F(NetworkRun, ANetworkThatHangsDegradesHealthAndTrackingContinues) {
 #ifdef KINETRACE_EMULATED
   GTEST_SKIP() << "emulated, it is too slow to follow what plays like a camera";
 #endif

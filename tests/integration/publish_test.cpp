@@ -46,7 +46,7 @@ TEST_F(Publish, ARunCountsWhatItPublished) {
   EXPECT_TRUE(run["stage_ms"].contains("publish"));
 }
 
-TEST_F(Publish, WithoutTheInterfaceTheRunGoesOnAndHealthSaysSo) {
+TEST_F(Publish, WithoutTheInterfaceTheRunContinuesAndHealthReportsIt) {
   const ProgramResult result = run(config("  interface: nothere0\n"));
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.err, HasSubstr("DDS waits: interface nothere0 is not there"));

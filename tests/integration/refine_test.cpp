@@ -245,6 +245,18 @@ TEST_F(Refine, ClosesLoopsOfACameraThatComesBack) {
   expect_refusal(refine({"--dataset", "kitti-odometry:" + path("nowhere")}), kNoInput, "nowhere");
 }
 
+TEST_F(Refine, SaysWhichFramesHaveLostTheirImages) {
+  ASSERT_EQ(run().exit_code, 0);
+  EXPECT_THAT(refine().err, ::testing::IsEmpty());
+  for (const int frame : {10, 11}) {
+    fs::remove(recording_.image(0, frame));
+    fs::remove(recording_.image(1, frame));
+  }
+  const ProgramResult refined = refine();
+  EXPECT_EQ(refined.exit_code, 0);
+  EXPECT_THAT(refined.err, HasSubstr("the points of 2 frames were not measured again: the recording has no images"));
+}
+
 TEST_F(Refine, RefusesAnotherRecording) {
   ASSERT_EQ(run().exit_code, 0);
   SmallRecording other{.root = folder_.path() / "other", .frames = 12, .step_m = 0.2};

@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Frames of a scene through crooked lenses, small and few, in memory.
+/// Frames of a scene through distorted lenses, small and few, in memory.
 class RenderedRecording {
  public:
   RenderedRecording(const std::string& scene, int frames, int width_px) {

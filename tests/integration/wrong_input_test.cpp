@@ -164,7 +164,7 @@ TEST_F(WrongInput, IsSaidWhileItIsRecorded) {
   EXPECT_THAT(result.err, HasSubstr("equal bit by bit"));
 }
 
-TEST_F(WrongInput, OneDamagedMaskIsSaidAndTheRunGoesOn) {
+TEST_F(WrongInput, ADamagedMaskIsReportedAndTheRunContinues) {
   const fs::path masks = write_masks([](const fs::path& file, int frame) {
     write_gray(file, SmallRecording::kWidth, SmallRecording::kHeight);
     if (frame == 5) {

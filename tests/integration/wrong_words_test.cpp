@@ -44,6 +44,7 @@ TEST(WrongWords, NumbersBeyondTheirLimitsAreSaidShortly) {
   expect_refused(run_with({"--frames", "0"}), kUsage, "--frames: must be 1 or more, got 0; see");
   expect_refused(run_with({"--frames", "99999999999"}), kUsage,
                  "--frames: must be at most 2147483647, got 99999999999; see");
+  expect_refused(run_with({"--frames", "2.5"}), kUsage, "--frames: must be a whole number, got 2.5; see");
   expect_refused(run_with({"--loop", "-1"}), kUsage, "--loop: must be 1 or more, got -1; see");
   expect_refused(run_with({"--seconds", "nan"}), kUsage, "--seconds: must be in [0.001 - 1e+09], got nan");
   expect_refused({"study", "limit", ".", "--out", "x", "--noise", "nan,1"}, kUsage,
@@ -88,6 +89,11 @@ TEST(WrongWords, KeyOfACameraFileIsNotOneOfTheConfiguration) {
   std::ofstream(camera) << "source: files\nventilation: 7\n";
   expect_refused({"record", "--camera", camera, "--out", "y"}, kConfig,
                  camera + ":2: unknown key \"ventilation\"; the files in config/cameras show the keys");
+}
+
+TEST(WrongWords, AnOptionThatIsGivenTwiceIsNamed) {
+  expect_refused(run_with({"--frames", "3", "--frames", "4"}), kUsage, "error: --frames is given 2 times; keep one");
+  expect_refused(run_with({"--set", "a=1", "--set", "b=2"}), kConfig, "unknown key \"a\"");
 }
 
 TEST(WrongWords, AnEmptyValueIsNotAnOptionLeftOut) {

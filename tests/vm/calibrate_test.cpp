@@ -50,7 +50,7 @@ TEST(LiveCalibrate, FindsTheRigOfTwoCamerasThatShowABoard) {
       << "source: v4l2\ndevices:\n  left: " << pair.config(hal::CaptureBackend::kV4l2, 0).device
       << "\n  right: " << pair.config(hal::CaptureBackend::kV4l2, 1).device
       << "\nimage:\n  format: grey8\n  width_px: 320\n  height_px: 240\n  rate_hz: 5\n"
-         "pairing:\n  tolerance_ms: 60\npatience:\n  stall_ms: 4000\n  lost_ms: 4000\n";
+         "pairing:\n  tolerance_ms: 60\ntimeouts:\n  stall_ms: 4000\n  lost_ms: 4000\n";
   const ProgramResult result =
       run_kinetrace({"calibrate", "--camera", folder.file("camera.yaml"), "--target", "charuco:8x6:0.04:0.031",
                      "--seconds", "26", "--out", folder.file("out")});

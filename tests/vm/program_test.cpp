@@ -38,7 +38,7 @@ class LiveProgram : public ::testing::Test {
     std::ofstream(camera_) << "source: v4l2\ncalibration: rig.yaml\ndevices:\n  left: " << hal::test::kVividLeft
                            << "\n  right: " << hal::test::kVividRight
                            << "\nimage:\n  format: grey8\n  width_px: 320\n  height_px: 180\n  rate_hz: 5\n"
-                              "pairing:\n  tolerance_ms: 100\npatience:\n  stall_ms: 4000\n  lost_ms: 4000\n";
+                              "pairing:\n  tolerance_ms: 100\ntimeouts:\n  stall_ms: 4000\n  lost_ms: 4000\n";
   }
   [[nodiscard]] static std::string lens() {
     return "  camera_model: pinhole\n  distortion_model: none\n  intrinsics: [250.0, 250.0, 160.0, 90.0]\n"
@@ -66,12 +66,12 @@ TEST_F(LiveProgram, DoctorListsTheDevicesAndTriesThem) {
 }
 
 // Both cameras show the same test picture, which would end a run.
-constexpr const char* kGoOn = "input.unusable=warn";
+constexpr const char* kContinue = "input.unusable=warn";
 
 // The virtual machine is slow: frames may be left out, but all are accounted for.
 TEST_F(LiveProgram, RunIsLiveAndSaysThatTheCameraStreamed) {
   const ProgramResult result = run_kinetrace({"run", "--camera", camera_, "--segmentation", "motion", "--frames", "5",
-                                              "--out", file("run"), "--quiet", "--set", kGoOn});
+                                              "--out", file("run"), "--quiet", "--set", kContinue});
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   std::ifstream file_of_run(file("run/run.json"));
   const nlohmann::json report = nlohmann::json::parse(file_of_run, nullptr, false);
@@ -88,7 +88,7 @@ TEST_F(LiveProgram, RunIsLiveAndSaysThatTheCameraStreamed) {
 TEST_F(LiveProgram, BeingHeldUpIsNoJumpOfTheClock) {
   constexpr auto kLong = std::chrono::seconds(4);
   Program program({"run", "--camera", camera_, "--segmentation", "motion", "--seconds", "8", "--out", file("run"),
-                   "--quiet", "--set", kGoOn});
+                   "--quiet", "--set", kContinue});
   for (int i = 0; i < 100 && !std::filesystem::exists(file("run/camera.tum")); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
@@ -110,7 +110,7 @@ TEST_F(LiveProgram, WhatIsRecordedCanBePlayed) {
       run_kinetrace({"record", "--camera", camera_, "--frames", "4", "--out", file("raw"), "--quiet"});
   ASSERT_EQ(recorded.exit_code, 0) << recorded.out << recorded.err;
   const ProgramResult played = run_kinetrace({"run", "--dataset", "kitti-raw:" + file("raw"), "--segmentation",
-                                              "motion", "--out", file("run"), "--quiet", "--set", kGoOn});
+                                              "motion", "--out", file("run"), "--quiet", "--set", kContinue});
   ASSERT_EQ(played.exit_code, 0) << played.out << played.err;
   std::ifstream file_of_run(file("run/run.json"));
   EXPECT_EQ(nlohmann::json::parse(file_of_run, nullptr, false)["frames"], 4);

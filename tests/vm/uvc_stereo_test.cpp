@@ -83,7 +83,7 @@ class PairChecker {
         return frame.error();
       }
     }
-    return {ErrorCode::kInternal, "the stream goes on"};
+    return {ErrorCode::kInternal, "the stream continues"};
   }
   /// Recovers, in as many attempts as needed.
   [[nodiscard]] bool recovers() {

@@ -64,7 +64,7 @@ Error last_error(CaptureDevice& device, milliseconds timeouts = kMaxLateFrames) 
     }
     device.release(image->slot);
   }
-  return {ErrorCode::kInternal, "the stream goes on"};
+  return {ErrorCode::kInternal, "the stream continues"};
 }
 
 TEST_F(Vivid, TwoCamerasStreamAtOnceAndInOrder) {
@@ -259,7 +259,7 @@ TEST_F(Vivid, DroppedFramesAreGapsInTheSequence) {
   }));
 }
 
-TEST_F(Vivid, AStuckStreamIsATimeoutAndMayGoOn) {
+TEST_F(Vivid, AStuckStreamIsATimeoutAndMayContinue) {
   const auto device = make_streaming(config_);
   ASSERT_TRUE(comes(*device, is_sound));
   controls_.set("Percentage of Dropped Buffers", 100);
@@ -328,7 +328,7 @@ TEST_F(Vivid, ADisconnectedDeviceSaysSoAndCanBeTakenBack) {
   device->close();
 }
 
-TEST_F(Vivid, SequenceGoesOnWhereTheDriversWraps) {
+TEST_F(Vivid, SequenceContinuesWhereTheDriversWraps) {
   controls_.set("Wrap Sequence Number", 1);
   config_.rate_hz = 60.0;
   const auto device = make_streaming(config_);

@@ -55,7 +55,7 @@ class VividStereo : public ::testing::Test {
         return next.error();
       }
     }
-    return {ErrorCode::kInternal, "the stream goes on"};
+    return {ErrorCode::kInternal, "the stream continues"};
   }
 
   VividControls left_{kVividLeft};
@@ -83,7 +83,7 @@ TEST_F(VividStereo, EachCameraShowsItsOwnDevice) {
   ADD_FAILURE() << "black left and white right never came";
 }
 
-TEST_F(VividStereo, DroppedFramesAreCountedAndPairsGoOn) {
+TEST_F(VividStereo, DroppedFramesAreCountedAndPairsContinue) {
   right_.set("Percentage of Dropped Buffers", 50);
   EXPECT_TRUE(comes([](const CameraCounters& counters) { return counters.skipped_missing_side > 0; }));
   left_.set("Percentage of Dropped Buffers", 50);

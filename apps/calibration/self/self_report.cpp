@@ -12,8 +12,8 @@ namespace kinetrace::self_calibration {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using calibration::formatted;
 using calibration::kDegrees;
-using calibration::text;
 
 constexpr std::array<const char*, kLensSize> kLensNames{"ln(fx/width)", "ln(fy/fx)", "cx/width", "cy/width", "k1",
                                                         "k2",           "p1",        "p2",       "k3"};
@@ -26,7 +26,7 @@ double sigma(const SelfCalibration& result, int parameter) {
 
 std::string camera_line(const char* name, const SelfCalibration& result, const hal::CameraModel& camera, int first) {
   const double width = result.rig.size.width_px;
-  return text(
+  return formatted(
       "%-8s fx %.2f +- %.2f, fy %.2f, cx %.2f +- %.2f, cy %.2f +- %.2f px; k1 %.4f k2 %.4f p1 %.5f p2 %.5f k3 %.4f",
       name, camera.fx_px, camera.fx_px * sigma(result, first + kLogFocal), camera.fy_px, camera.cx_px,
       width * sigma(result, first + kOffsetX), camera.cy_px, width * sigma(result, first + kOffsetY),
@@ -34,7 +34,7 @@ std::string camera_line(const char* name, const SelfCalibration& result, const h
 }
 
 std::string scene_line(const Findings& findings) {
-  return text(
+  return formatted(
       "seen     %zu points in %zu stretches, fit to %.3f px; they move %.0f px, %.0f px of it by parallax; depths "
       "differ by a factor of %.1f",
       findings.scene.points, findings.windows, findings.sigma_px, findings.scene.travel_px, findings.scene.parallax_px,
@@ -76,25 +76,27 @@ std::vector<std::string> report_lines(const SelfCalibration& result) {
   std::vector<std::string> lines{
       camera_line("left", result, result.calibration.left, 0),
       camera_line("right", result, result.calibration.right, kLensSize),
-      text("turn     of the right view %.3f %.3f %.3f +- %.3f %.3f %.3f deg about x, y, z", mount[kTurnX] * kDegrees,
-           mount[kTurnY] * kDegrees, mount[kTurnZ] * kDegrees, sigma(result, kMount + kTurnX) * kDegrees,
-           sigma(result, kMount + kTurnY) * kDegrees, sigma(result, kMount + kTurnZ) * kDegrees),
+      formatted("turn     of the right view %.3f %.3f %.3f +- %.3f %.3f %.3f deg about x, y, z",
+                mount[kTurnX] * kDegrees, mount[kTurnY] * kDegrees, mount[kTurnZ] * kDegrees,
+                sigma(result, kMount + kTurnX) * kDegrees, sigma(result, kMount + kTurnY) * kDegrees,
+                sigma(result, kMount + kTurnZ) * kDegrees),
       scene_line(result.findings)};
   std::string depths = "depth    error to be expected from the calibration:";
   for (const double depth_m : kReportedDepths_m) {
     const double sigma_depth = depth_sigma(result.rig, result.covariance, depth_m);
-    depths += text("%s %.3f m at %.0f m", depth_m > kReportedDepths_m[0] ? "," : "", sigma_depth * depth_m, depth_m);
+    depths +=
+        formatted("%s %.3f m at %.0f m", depth_m > kReportedDepths_m[0] ? "," : "", sigma_depth * depth_m, depth_m);
   }
   lines.push_back(depths);
-  lines.push_back(text("accepted focal length to %.2f %%, with the baseline of %.4f m as given",
-                       100.0 * result.findings.focal_sigma, result.rig.baseline_m));
+  lines.push_back(formatted("accepted focal length to %.2f %%, with the baseline of %.4f m as given",
+                            100.0 * result.findings.focal_sigma, result.rig.baseline_m));
   return lines;
 }
 
 std::vector<std::string> remarks(const SelfCalibration& result, const std::string& images) {
   return {"Self-calibration from " + images,
-          text("baseline as given: %.6f m; focal length to %.2f %%; points fit to %.3f px", result.rig.baseline_m,
-               100.0 * result.findings.focal_sigma, result.findings.sigma_px)};
+          formatted("baseline as given: %.6f m; focal length to %.2f %%; points fit to %.3f px", result.rig.baseline_m,
+                    100.0 * result.findings.focal_sigma, result.findings.sigma_px)};
 }
 
 std::string report_json(const SelfCalibration& result, const std::string& images) {

@@ -11,7 +11,7 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
   add_source_options(command, options.source);
   auto* const self = command.get_option_group("Source")
                          ->add_option("--self", options.self,
-                                      "A recording of anything, on the move: the calibration is found from it and the "
+                                      "A recording of any scene, in motion: the calibration follows from it and the "
                                       "length of the baseline alone")
                          ->type_name("LAYOUT:PATH");
   // These choose among the contents of either recording.
@@ -19,16 +19,16 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
     command.get_option(name)->remove_needs(command.get_option("--dataset"));
     command.get_option(name)->excludes(command.get_option("--camera"));
   }
-  auto* const known = command.add_option_group("Known", "What is known: one of");
+  auto* const known = command.add_option_group("Known", "Known geometry: one of");
   known->require_option(1);
-  known->add_option("--baseline", options.baseline_m, "With --self: the distance of the two lenses")
+  known->add_option("--baseline", options.baseline_m, "With --self: distance of the two lenses")
       ->type_name("METRES")
       ->check(number_within(0.001, 10.0))
       ->needs(self);
   known
       ->add_option(
           "--target", options.target,
-          "What is shown: chessboard:9x6:0.03 (inner corners, side of a square in metres), "
+          "Target in view: chessboard:9x6:0.03 (inner corners, side of a square in metres), "
           "charuco:8x6:0.04:0.03:DICT_4X4_100 (squares, their side, that of a marker), aprilgrid:6x6:0.088:0.3 "
           "(tags, their side, gaps as part of it), or a target file of Kalibr")
       ->type_name("TARGET")
@@ -46,7 +46,8 @@ void add_calibrate_options(CLI::App& command, CalibrateOptions& options) {
                   "Folder for calibration.yaml (OpenCV), camchain.yaml (Kalibr), calibration.json and calibration.png")
       ->type_name("DIR");
   command.add_option("--draw", options.draw, "Writes the target as an SVG to print in its true size, and ends")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(named_as(".svg"));
   // Drawing a target takes no images.
   command.get_option_group("Source")->require_option(0, 1);
   add_until_options(command, options.until);

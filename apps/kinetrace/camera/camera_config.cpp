@@ -13,10 +13,6 @@ namespace {
 constexpr std::array<std::pair<CameraKind, std::string_view>, 3> kKinds{
     {{CameraKind::kV4l2, "v4l2"}, {CameraKind::kLibcamera, "libcamera"}, {CameraKind::kFiles, "files"}}};
 
-std::string relative_to(const std::filesystem::path& file, const std::string& path) {
-  return path.empty() ? path : (file.parent_path() / path).string();
-}
-
 // An unused number is refused: its author assumes that it has an effect.
 Status check_settings(const CameraConfig& config) {
   struct Setting {
@@ -107,8 +103,7 @@ Result<CameraConfig> load_camera_config(const std::filesystem::path& path, bool 
   if (const Status read = read_config_file(path, fields_of(config), kind); !read) {
     return Unexpected(read.error());
   }
-  config.calibration = relative_to(path, config.calibration);
-  config.path = relative_to(path, config.path);
+  resolve_paths(path, std::array{&config.calibration, &config.path});
   if (const Status valid = check(config, needs_calibration); !valid) {
     return fail(valid.error().code, path.string() + ": " + valid.error().message);
   }

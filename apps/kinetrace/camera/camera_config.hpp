@@ -66,13 +66,13 @@ void visit_fields(CameraConfig& config, Visitor&& visit) {
   visit("image.buffers", config.image.buffers, "image buffers asked of the driver, at least 5");
   visit("pairing.tolerance_ms", config.timeouts.pair_tolerance_ms,
         "maximum difference of the views' mid-exposure times after the learnt offset, ms; at most half a period");
-  visit("patience.stall_ms", config.timeouts.stall_timeout_ms,
+  visit("timeouts.stall_ms", config.timeouts.stall_timeout_ms,
         "time without a pair, exposure on top, after which the camera is stalled, ms");
-  visit("patience.lost_ms", config.timeouts.lost_timeout_ms,
+  visit("timeouts.lost_ms", config.timeouts.lost_timeout_ms,
         "time stalled after which the camera is lost, closed and looked for again, ms");
-  visit("patience.reopen_first_ms", config.timeouts.reopen_first_ms,
+  visit("timeouts.reopen_first_ms", config.timeouts.reopen_first_ms,
         "first pause between attempts to open the camera, ms; it doubles each time");
-  visit("patience.reopen_longest_ms", config.timeouts.reopen_longest_ms, "longest pause between attempts, ms");
+  visit("timeouts.reopen_longest_ms", config.timeouts.reopen_longest_ms, "longest pause between attempts, ms");
   visit("files.layout", config.layout,
         "kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or container");
   visit("files.path", config.path, "path of the dataset, relative to this file");

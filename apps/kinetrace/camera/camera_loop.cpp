@@ -29,8 +29,8 @@ class Player {
       if (!frame) {
         on_idle();
       }
-      if (Status went_on = frame ? visit_(*frame) : handle_error(frame.error()); !went_on) {
-        return went_on;
+      if (Status handled = frame ? visit_(*frame) : handle_error(frame.error()); !handled) {
+        return handled;
       }
       frames_ += frame ? 1 : 0;
     }

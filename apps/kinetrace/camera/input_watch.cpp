@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
+
+#include "cli/formatted.hpp"
 
 namespace kinetrace::app {
 namespace {
@@ -30,12 +31,6 @@ constexpr std::array<FaultRule, hal::kInputFaultCount> kRules{{
     {InputFault::kRightFrozen, HealthReason::kImagesFrozen, true, false},
 }};
 
-std::string text(const char* format, double value) {
-  std::array<char, 64> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), format, value);
-  return buffer.data();
-}
-
 }  // namespace
 
 Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, HealthMonitor& health, const Warn& warn,
@@ -59,7 +54,7 @@ Status InputWatch::process(const StereoFrame& frame, const RectifiedPair& pair, 
     reported_.set(index);
     std::string what = describe(rule.fault, monitor_, names_, pair.geometry);
     if (rule.ends_the_run && policy_ == InputPolicy::kStop) {
-      return fail(ErrorCode::kBadFormat, what + " (input.unusable: warn goes on)");
+      return fail(ErrorCode::kBadFormat, what + " (input.unusable: warn continues)");
     }
     warn(what);
   }
@@ -102,14 +97,14 @@ std::string describe(InputFault fault, const hal::InputMonitor& monitor, const I
     case InputFault::kNoParallax:
       return names.images + ": left and right show no disparity of a pixel or more: either both views come from one " +
              "camera, or everything is farther away than " +
-             text("%.0f m, too far for this baseline", geometry.fx_px * geometry.baseline_m);
+             formatted("%.0f m, too far for this baseline", geometry.fx_px * geometry.baseline_m);
     case InputFault::kBeyondInfinity:
       return names.images + ": " + std::to_string(seen.beyond_infinity) + of_matches +
              " have a disparity below zero, where nothing can be: the calibration's yaw does not fit these images, or "
              "the views are exchanged; " +
              calibrate;
     case InputFault::kRowsApart:
-      return names.images + ": matches lie " + text("%.1f px", seen.residual_px) +
+      return names.images + ": matches lie " + formatted("%.1f px", seen.residual_px) +
              " off their row: the calibration does not fit these images; " + calibrate;
     case InputFault::kViewsOutOfStep:
       return names.images + ": " + to_string(seen.verdict) +

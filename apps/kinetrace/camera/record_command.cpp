@@ -115,6 +115,9 @@ Outcome<Recorded> record(const RecordOptions& options) {
     return Unexpected(setup.error());
   }
   const hal::RawRecorderConfig config = raw_recorder_config(options.raw, setup->calibration, setup->rate_hz());
+  if (const Outcome<void> can = RecordingThread::check(config, setup->folder); !can) {
+    return Unexpected(can.error());
+  }
   // Images without a valid calibration can be recorded, to be calibrated later.
   const Result<std::size_t> watch_bytes = RecordWatch::required_bytes(*setup);
   if (!watch_bytes) {

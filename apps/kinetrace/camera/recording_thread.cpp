@@ -3,7 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetrace/core/files.hpp"
+
 namespace kinetrace::app {
+
+namespace {
+
+Unexpected<Failure> not_begun(const Error& error) {
+  const bool is_folder = error.code == ErrorCode::kIo || error.code == ErrorCode::kInvalidArgument;
+  return is_folder ? Unexpected(Failure{ExitCode::kCannotCreate, error.message}) : failure(error);
+}
+
+}  // namespace
 
 hal::RawRecorderConfig raw_recorder_config(const RawOutputOptions& options, const hal::RigCalibration& calibration,
                                            double rate_hz) {
@@ -32,6 +43,15 @@ std::size_t RecordingThread::required_bytes(const hal::RawRecorderConfig& config
   return queue + hal::RawRecorder::required_bytes(config) + Arena::kAlignment;
 }
 
+Outcome<void> RecordingThread::check(const hal::RawRecorderConfig& config, const std::filesystem::path& recording) {
+  if (!recording.empty() && is_inside(config.directory, recording)) {
+    return Unexpected(Failure{ExitCode::kCannotCreate, config.directory.string() + ": lies in the recording " +
+                                                           recording.string() + "; name another folder"});
+  }
+  const Status can = hal::RawRecorder::check(config);
+  return can ? Outcome<void>{} : not_begun(can.error());
+}
+
 Outcome<std::unique_ptr<RecordingThread>> RecordingThread::create(const hal::RawRecorderConfig& config, Arena& arena) {
   Slots slots;
   carve(config, arena, slots);
@@ -41,10 +61,7 @@ Outcome<std::unique_ptr<RecordingThread>> RecordingThread::create(const hal::Raw
   }
   auto recorder = hal::RawRecorder::create(config, arena);
   if (!recorder) {
-    const ErrorCode code = recorder.error().code;
-    const bool is_folder = code == ErrorCode::kIo || code == ErrorCode::kInvalidArgument;
-    return is_folder ? Unexpected(Failure{ExitCode::kCannotCreate, recorder.error().message})
-                     : failure(recorder.error());
+    return not_begun(recorder.error());
   }
   return std::unique_ptr<RecordingThread>(new RecordingThread(std::move(*recorder), config.rate_hz, slots));
 }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -28,6 +29,10 @@ class RecordingThread {
   static constexpr std::size_t kSlots = 8;
 
   [[nodiscard]] static std::size_t required_bytes(const hal::RawRecorderConfig& config);
+  /// See RawRecorder::check; nor may it lie in `recording`, the folder of the recording that is played: its images
+  /// would be a part of that one. Empty: none. Failures: as of `create`.
+  [[nodiscard]] static Outcome<void> check(const hal::RawRecorderConfig& config,
+                                           const std::filesystem::path& recording);
   /// Failures: kCannotCreate for the folder; else as errors of RawRecorder::create.
   [[nodiscard]] static Outcome<std::unique_ptr<RecordingThread>> create(const hal::RawRecorderConfig& config,
                                                                         Arena& arena);

@@ -1,27 +1,20 @@
 #include "camera/rig_report.hpp"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
+
+#include "cli/formatted.hpp"
 
 namespace kinetrace::app {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-template <typename... Values>
-std::string text(const char* format, Values... values) {
-  std::array<char, 160> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), format, values...);
-  return buffer.data();
-}
-
 std::string turn_text(const RigEstimate& rig) {
   const RigCorrection::Vector value = kDegrees * rig.correction.vector();
   const RigCorrection::Vector sigma = kDegrees * rig.sigma_rad;
-  return text("pitch %.3f +-%.3f, yaw %.3f +-%.3f, roll %.3f +-%.3f degrees", value[0], sigma[0], value[1], sigma[1],
-              value[2], sigma[2]);
+  return formatted("pitch %.3f +-%.3f, yaw %.3f +-%.3f, roll %.3f +-%.3f degrees", value[0], sigma[0], value[1],
+                   sigma[1], value[2], sigma[2]);
 }
 
 std::string depth_text(const RigEstimate& rig, const StereoGeometry& geometry) {
@@ -29,22 +22,23 @@ std::string depth_text(const RigEstimate& rig, const StereoGeometry& geometry) {
   for (const double depth_m : kReportedDepths_m) {
     const double error_m = depth_error_m(geometry, rig.correction, depth_m);
     errors += errors.empty() ? "" : ", ";
-    errors += std::isfinite(error_m) ? text("%+.2f m at %.0f m", error_m, depth_m) : text("no end at %.0f m", depth_m);
+    errors += std::isfinite(error_m) ? formatted("%+.2f m at %.0f m", error_m, depth_m)
+                                     : formatted("no end at %.0f m", depth_m);
   }
   return "depths uncorrected: " + errors;
 }
 
 std::string disparity_text(const RigEstimate& rig, const StereoGeometry& geometry) {
-  return text("common error of disparities %+.2f +-%.2f px", rig.correction.disparity_error_rad() * geometry.fx_px,
-              rig.disparity_sigma_rad * geometry.fx_px);
+  return formatted("common error of disparities %+.2f +-%.2f px", rig.correction.disparity_error_rad() * geometry.fx_px,
+                   rig.disparity_sigma_rad * geometry.fx_px);
 }
 
 std::string focal_text(const RigEstimate& rig) {
-  if (!rig.judges_focal()) {
+  if (!rig.is_focal_known()) {
     return "focal lengths cannot be judged: the camera has not turned enough";
   }
-  return text("focal lengths %+.2f +-%.2f %%", 100.0 * rig.correction.focal,
-              100.0 * rig.sigma_rad[RigCorrection::kFocal]);
+  return formatted("focal lengths %+.2f +-%.2f %%", 100.0 * rig.correction.focal,
+                   100.0 * rig.sigma_rad[RigCorrection::kFocal]);
 }
 
 }  // namespace

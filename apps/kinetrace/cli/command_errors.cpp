@@ -42,6 +42,16 @@ std::string unknown_word(const std::string& word, const CLI::App& command, const
   return word + ": no such command" + (meant.empty() ? "; see " + name + " --help" : meant);
 }
 
+// The option of one value that was given several; null if the mismatch is another.
+const CLI::Option* repeated_option(const CLI::App& command) {
+  for (const CLI::Option* option : options_of(command)) {
+    if (option->count() > 1 && option->get_items_expected_max() == 1) {
+      return option;
+    }
+  }
+  return nullptr;
+}
+
 // Searches the innermost recognised command: the words before it were valid. A value that is refused comes first: it
 // may be an option taken for a value, which leaves words over.
 std::string explained(const CLI::App& command, const std::string& name, const CLI::ParseError& error) {
@@ -56,6 +66,10 @@ std::string explained(const CLI::App& command, const std::string& name, const CL
     if (!inner->get_name().empty()) {
       return explained(*inner, name + " " + inner->get_name(), error);
     }
+  }
+  const bool is_mismatch = dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr;
+  if (const CLI::Option* option = is_mismatch ? repeated_option(command) : nullptr) {
+    return option->get_name() + " is given " + std::to_string(option->count()) + " times; keep one";
   }
   return std::string(error.what()) + "; see " + name + " --help";
 }

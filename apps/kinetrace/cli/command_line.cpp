@@ -24,25 +24,24 @@ constexpr std::array kCommands{
     Command{"record", "Records a camera's synchronised raw images, without processing", add_record},
     Command{"calibrate", "Calibrates both cameras from images of a chessboard, a ChArUco board or a grid of AprilTags",
             add_calibrate},
-    Command{"refine", "Refines a run as a whole: camera and objects from all that was seen, before and after",
-            add_refine},
-    Command{"doctor", "Checks cameras, timing, calibration, memory and DDS; says what to do about each failure",
+    Command{"refine", "Refines a finished run: camera and objects from the whole recording at once", add_refine},
+    Command{"doctor", "Checks cameras, timing, calibration, memory and DDS; prints a remedy for each failure",
             add_doctor},
     Command{"bench", "Times every stage on a recording, alone or against an earlier version; writes no run folder",
             add_bench},
-    Command{"plan", "Prints who takes how much memory, and whether the budget holds it", add_plan},
+    Command{"plan", "Prints the memory of each part against the budget", add_plan},
     Command{"config", "Prints the whole configuration as commented YAML", add_config},
     Command{"evaluate", "Compares a run with ground truth; writes evaluation.json into the run folder", add_evaluate},
-    Command{"study", "Measures how well the method does as conditions change", add_study},
-    Command{"summary", "Prints what a run found: the camera's path, and a table of objects", add_summary},
+    Command{"study", "Measures errors of the method over conditions", add_study},
+    Command{"summary", "Prints the results of a run: the camera's path, and a table of objects", add_summary},
     Command{"figure", "Draws the result figure of a run as a PNG, 1600 pixels wide", add_figure},
     Command{"map", "Aligns a run with a GNSS or other reference; writes its trajectories in WGS84 and a map", add_map},
     Command{"keys", "Makes an authority, identities and permissions for DDS Security; never overwrites any", add_keys},
-    Command{"monitor", "Shows what a running Kinetrace publishes: objects, health and rates; records it for ROS 2",
+    Command{"monitor", "Shows the topics of a running Kinetrace: objects, health and rates; records them for ROS 2",
             add_monitor},
-    Command{"masks", "Sends masks from files to a run with --segmentation dds; shows how a network elsewhere does it",
+    Command{"masks", "Sends masks from files to a run with --segmentation dds; an example for networks elsewhere",
             add_masks},
-    Command{"segment", "Tries a neural network on images: writes the masks it finds, and draws them", add_segment},
+    Command{"segment", "Runs a neural network on images: writes its masks, and draws them", add_segment},
     Command{"reference", "Prints this command line as a manual page or for bash", add_reference},
 };
 
@@ -50,7 +49,7 @@ constexpr std::array kCommands{
 constexpr const char* kFooter = R"(
 Exit codes: 0 done, 1 a condition of --fail-if holds or a check of doctor failed, 64 wrong command line, 65 damaged or unusable recording,
 calibration or truth, 66 input not found, 70 internal error, 73 run folder cannot be made, 74 reading or writing failed,
-78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (what was computed is
+78 wrong configuration or memory budget too small; 128 + n when signal n ended a run early (the results so far are
 written).)";
 
 }  // namespace

@@ -103,8 +103,11 @@ std::string completion_branch(const CLI::App& command, const std::string& words,
   }
   for (const CLI::Option* option : options_of(command)) {
     std::vector<std::string> known = choices(*option);
-    if (const auto hinted = hints.find(option->get_name(option->get_positional())); hinted != hints.end()) {
-      known.insert(known.end(), hinted->second.begin(), hinted->second.end());
+    const std::string shown = option->get_name(option->get_positional());
+    for (const std::string& hinted : {shown, command.get_name() + " " + shown}) {
+      if (const auto hint = hints.find(hinted); hint != hints.end()) {
+        known.insert(known.end(), hint->second.begin(), hint->second.end());
+      }
     }
     if (option->get_positional()) {
       names.insert(names.end(), known.begin(), known.end());

@@ -16,8 +16,8 @@ namespace kinetrace::app {
 /// A page for man(1), in the macros of groff_man(7).
 [[nodiscard]] std::string manual_page(const CLI::App& program);
 
-/// Completions of an option beyond its checked values, by the option's name ("--dataset", "SCENE"). A value that ends
-/// with a colon is a prefix.
+/// Completions of an option beyond its checked values, by the option's name ("--dataset", "SCENE"), with its command
+/// before it where commands differ ("map --reference"). A value that ends with a colon is a prefix.
 using ValueHints = std::map<std::string, std::vector<std::string>>;
 
 /// A script for bash's complete: commands, their options, and the values of options that list them; else files.

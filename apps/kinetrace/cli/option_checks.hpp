@@ -1,8 +1,11 @@
 // Checks of options' values. CLI11's own checks accept NaN and print the largest representable number.
 #pragma once
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -19,6 +22,9 @@ inline CLI::Validator at_least_one() {
     if (value > kMax) {
       return "must be at most " + std::to_string(kMax) + ", got " + text;
     }
+    if (value != std::floor(value)) {
+      return "must be a whole number, got " + text;
+    }
     return value >= 1.0 ? std::string() : "must be 1 or more, got " + text;
   };
   return {problem, "POSITIVE", "positive"};
@@ -33,6 +39,21 @@ inline CLI::Validator number_within(double least, double most) {
     return value >= least && value <= most ? std::string() : "must be in " + within + ", got " + text;
   };
   return {problem, "FLOAT in " + limits.str(), "number"};
+}
+
+/// A picture is written as `suffix` whatever its name is: the names of other formats are refused.
+inline auto named_as(const std::string& suffix) {
+  return [suffix](const std::string& file) {
+    std::string ending = std::filesystem::path(file).extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    for (const char* other : {".bmp", ".gif", ".jpeg", ".jpg", ".pdf", ".png", ".svg", ".tif", ".tiff", ".webp"}) {
+      if (ending == other && ending != suffix) {
+        return file + " would be no " + ending.substr(1) + "; name it " + suffix;
+      }
+    }
+    return std::string();
+  };
 }
 
 /// For all options of a command and of those below it. An empty value usually comes from an unset variable of a script

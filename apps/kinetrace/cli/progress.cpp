@@ -29,17 +29,33 @@ bool stderr_has_color() noexcept {
   return stderr_is_terminal() && environment("NO_COLOR").empty();
 }
 
-Progress::Progress(bool enabled, std::optional<std::int64_t> frames_expected)
-    : enabled_(enabled && stderr_is_terminal()), frames_expected_(frames_expected) {}
+RedrawnLine::RedrawnLine(bool enabled) : enabled_(enabled && stderr_is_terminal()) {}
 
-void Progress::show(std::int64_t frames_done, int objects) {
+bool RedrawnLine::is_due() {
   const Clock::time_point now = Clock::now();
   if (!enabled_ || now < next_) {
-    return;
+    return false;
   }
   next_ = now + kRedrawInterval;
   visible_ = true;
-  const double seconds = std::chrono::duration<double>(now - start_).count();
+  return true;
+}
+
+void RedrawnLine::clear() {
+  if (visible_) {
+    std::fputs("\r\033[K", stderr);
+    visible_ = false;
+  }
+}
+
+Progress::Progress(bool enabled, std::optional<std::int64_t> frames_expected)
+    : line_(enabled), frames_expected_(frames_expected) {}
+
+void Progress::show(std::int64_t frames_done, int objects) {
+  if (!line_.is_due()) {
+    return;
+  }
+  const double seconds = line_.elapsed_s();
   const double rate_hz = seconds > 0.0 ? static_cast<double>(frames_done) / seconds : 0.0;
   std::array<char, 160> line{};
   if (frames_expected_ && *frames_expected_ > 0) {
@@ -53,13 +69,6 @@ void Progress::show(std::int64_t frames_done, int objects) {
                   static_cast<long long>(frames_done), rate_hz, objects);
   }
   std::fputs(line.data(), stderr);
-}
-
-void Progress::clear() {
-  if (visible_) {
-    std::fputs("\r\033[K", stderr);
-    visible_ = false;
-  }
 }
 
 }  // namespace kinetrace::app

@@ -33,7 +33,8 @@ ValueHints value_hints() {
     hints["--board"].emplace_back(profile.name);
   }
   // Parsed by another program, which has the table of values.
-  hints["--reference"] = {"oxts:", "euroc:", "nmea:", "gpx:", "csv:", "navsatfix:"};
+  hints["--reference"] = {"oxts:", "euroc:", "nmea:", "gpx:", "csv:"};
+  hints["map --reference"] = {"navsatfix:"};
   return hints;
 }
 

@@ -17,7 +17,7 @@ void add_config_options(CLI::App& command, ConfigSource& source) {
 }
 
 void add_source_options(CLI::App& command, SourceOptions& source) {
-  CLI::Option_group& from = *command.add_option_group("Source", "Where frames come from: one of");
+  CLI::Option_group& from = *command.add_option_group("Source", "Source of frames: one of");
   CLI::Option* dataset =
       from.add_option("--dataset", source.dataset,
                       "A recording; LAYOUT is kitti-raw, kitti-odometry, kitti-tracking, euroc, cityscapes, folder or "
@@ -27,10 +27,10 @@ void add_source_options(CLI::App& command, SourceOptions& source) {
       ->type_name("FILE");
   from.require_option(1);
   // A camera file contains these settings itself.
-  command.add_option("--sequence", source.sequence, "Which sequence, where the path holds several")
+  command.add_option("--sequence", source.sequence, "Sequence, where the path holds several")
       ->type_name("NAME")
       ->needs(dataset);
-  command.add_option("--cameras", source.cameras, "Which pair of cameras, where the rig has both (gray or color)")
+  command.add_option("--cameras", source.cameras, "Pair of cameras, where the rig has both (gray or color)")
       ->check(CLI::IsMember({"gray", "color"}))
       ->needs(dataset);
   command.add_option("--loop", source.passes, "Plays the recording N times")
@@ -39,7 +39,8 @@ void add_source_options(CLI::App& command, SourceOptions& source) {
       ->check(at_least_one());
   command
       .add_option("--fault", source.faults,
-                  "For tests: KIND@FIRST[-LAST][%PERCENT][:VALUE],... with unplug, stuck, slow, drop, duplicate, "
+                  "Injected faults, for tests: KIND@FIRST[-LAST][%PERCENT][:VALUE],... with unplug, stuck, slow, drop, "
+                  "duplicate, "
                   "reorder, corrupt, desync, clock or size, by frame from 0; seed=N")
       ->type_name("SPEC");
 }
@@ -48,22 +49,22 @@ void add_until_options(CLI::App& command, UntilOptions& until) {
   command.add_option("--frames", until.max_frames, "Stops after N frames of the camera or recording")
       ->type_name("N")
       ->check(at_least_one());
-  command.add_option("--seconds", until.max_seconds, "Stops after so much time")
+  command.add_option("--seconds", until.max_seconds, "Stops after this time")
       ->type_name("S")
       ->check(number_within(0.001, 1e9));
 }
 
 void add_raw_options(CLI::App& command, RawOutputOptions& raw, CLI::Option* out) {
-  CLI::Option* container =
-      command
-          .add_flag("--container", raw.container, "Raw images go into one file after another instead of KITTI's layout")
-          ->needs(out);
-  command.add_option("--segment-mib", raw.segment_mib, "A container goes on in a new file at this size")
+  CLI::Option* container = command
+                               .add_flag("--container", raw.container,
+                                         "Writes raw images into one file after another instead of KITTI's layout")
+                               ->needs(out);
+  command.add_option("--segment-mib", raw.segment_mib, "Size at which a container continues in a new file")
       ->type_name("MIB")
       ->needs(container)
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
-  command.add_option("--keep-free-mib", raw.keep_free_mib, "Raw recording stops before the disk has less space left")
+  command.add_option("--keep-free-mib", raw.keep_free_mib, "Free space of the disk below which raw recording stops")
       ->type_name("MIB")
       ->needs(out)
       ->check(CLI::Range(0, 1 << 30))

@@ -37,6 +37,11 @@ Status AppConfig::validate() const {
   return {};
 }
 
+std::array<std::string*, 4> AppConfig::paths() {
+  segmentation::SegmentationConfig& segmentation = pipeline.segmentation;
+  return {&segmentation.left_dir, &segmentation.right_dir, &segmentation.onnx.model, &pipeline.trajectory.sizes};
+}
+
 Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation,
                               const std::function<void(AppConfig&)>& prepare) {
   AppConfig config;
@@ -51,6 +56,7 @@ Result<AppConfig> load_config(const ConfigSource& source, const std::string& seg
     if (const Status status = read_config_file(source.file, fields, {}, &notes); !status) {
       return Unexpected(status.error());
     }
+    resolve_paths(source.file, config.paths());
   }
   if (prepare) {
     prepare(config);

@@ -1,6 +1,7 @@
 // The whole configuration of the program: all keys of a file and of --set.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 
@@ -42,6 +43,8 @@ struct AppConfig {
   pipeline::PipelineConfig pipeline;
 
   [[nodiscard]] Status validate() const;
+  /// The values that name a file or a folder.
+  [[nodiscard]] std::array<std::string*, 4> paths();
 };
 
 template <typename Visitor>
@@ -63,7 +66,8 @@ void visit_fields(AppConfig& config, Visitor&& visit) {
   pipeline::visit_fields(config.pipeline, visit);
 }
 
-/// Defaults, then the board, the file, `prepare` and the settings of --set; checked as a whole.
+/// Defaults, then the board, the file, `prepare` and the settings of --set; checked as a whole. Paths in the file are
+/// relative to it, those of --set to the working folder.
 /// `segmentation`: value of --segmentation; empty: the configured one. Errors: kInvalidConfig, kNotFound, kIo,
 /// kInvalidArgument (segmentation).
 [[nodiscard]] Result<AppConfig> load_config(const ConfigSource& source, const std::string& segmentation = "",

@@ -1,4 +1,6 @@
 #include <cstdio>
+#include <filesystem>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
@@ -21,8 +23,14 @@ int config_command(const ConfigOptions& options) {
   if (!config) {
     return report(to_failure(config.error()));
   }
-  std::printf("# Kinetrace configuration: every key with its value. Keys left out keep their default.\n%s",
-              to_yaml(fields_of(*config)).c_str());
+  // What is printed may become a file in any folder, to which its paths would be relative.
+  for (std::string* path : config->paths()) {
+    *path = path->empty() ? *path : std::filesystem::absolute(*path).lexically_normal().string();
+  }
+  std::printf(
+      "# Kinetrace configuration: every key with its value. Keys left out keep their default; paths are relative to "
+      "this file.\n%s",
+      to_yaml(fields_of(*config)).c_str());
   return 0;
 }
 

@@ -120,13 +120,19 @@ struct Expectation {
   }
 };
 
-Status set_renamed_field(const ConfigFields& fields, std::string_view was, std::string_view is, std::string_view text,
+bool has_field(const ConfigFields& fields, std::string_view key) {
+  return std::any_of(fields.begin(), fields.end(), [key](const ConfigField& field) { return field.key == key; });
+}
+
+Status set_renamed_field(const ConfigFields& fields, const RenamedKey& renamed, std::string_view text,
                          ConfigNotes* notes) {
-  if (is.empty()) {
+  const auto& [was, is, counted_frames] = renamed;
+  if (!counted_frames) {
     if (notes != nullptr) {
-      notes->push_back(std::string(was) + " has no effect any more; remove it");
+      notes->push_back(std::string(was) +
+                       (is.empty() ? " has no effect any more; remove it" : " is now " + std::string(is)));
     }
-    return {};
+    return is.empty() ? Status{} : set_field(fields, is, text);
   }
   int frames = 0;
   if (!parse_number(text, frames)) {
@@ -147,8 +153,9 @@ Status set_field(const ConfigFields& fields, std::string_view key, std::string_v
                  std::string_view key_list) {
   const auto field = std::find_if(fields.begin(), fields.end(), [&](const ConfigField& f) { return f.key == key; });
   if (field == fields.end()) {
-    const std::string_view present = present_key(key);
-    return present == key ? unknown_key(fields, key, key_list) : set_renamed_field(fields, key, present, text, notes);
+    const RenamedKey* const renamed = renamed_key(key);
+    const bool is_known = renamed != nullptr && (renamed->is.empty() || has_field(fields, renamed->is));
+    return is_known ? set_renamed_field(fields, *renamed, text, notes) : unknown_key(fields, key, key_list);
   }
   if (!std::visit(Assign{text}, field->value)) {
     return fail(ErrorCode::kInvalidConfig, field->key + " must be " +
@@ -160,8 +167,10 @@ Status set_field(const ConfigFields& fields, std::string_view key, std::string_v
 
 bool is_section(const ConfigFields& fields, std::string_view key) {
   const std::string prefix = std::string(key) + ".";
-  return std::any_of(fields.begin(), fields.end(),
-                     [&](const ConfigField& field) { return field.key.compare(0, prefix.size(), prefix) == 0; });
+  return std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.key.starts_with(prefix); }) ||
+         std::any_of(kRenamedKeys.begin(), kRenamedKeys.end(), [&](const RenamedKey& renamed) {
+           return renamed.was.starts_with(prefix) && has_field(fields, renamed.is);
+         });
 }
 
 std::string value_text(const ConfigField& field) {

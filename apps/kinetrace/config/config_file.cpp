@@ -154,6 +154,14 @@ Status read_config_file(const std::filesystem::path& path, const ConfigFields& f
   return read_config_text(path.string(), *text, fields, notes, kind.key_list);
 }
 
+void resolve_paths(const std::filesystem::path& file, std::span<std::string* const> paths) {
+  for (std::string* path : paths) {
+    if (!path->empty()) {
+      *path = (file.parent_path() / *path).string();
+    }
+  }
+}
+
 Status apply_setting(std::string_view setting, const ConfigFields& fields, ConfigNotes* notes) {
   const std::size_t equals = setting.find('=');
   if (equals == std::string_view::npos || equals == 0) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -32,6 +33,9 @@ struct ConfigFileKind {
 /// `unfit`), kIo.
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path, const std::string& missing,
                                             const std::string& unfit);
+
+/// Paths in a file are relative to it; absolute ones and empty ones stay as they are.
+void resolve_paths(const std::filesystem::path& file, std::span<std::string* const> paths);
 
 /// Applies one `key=value` from the command line. Errors: kInvalidConfig.
 [[nodiscard]] Status apply_setting(std::string_view setting, const ConfigFields& fields, ConfigNotes* notes = nullptr);

@@ -24,7 +24,7 @@ std::string dds_prefix_error(const std::string& prefix) {
 }
 
 void add_network_options(CLI::App& command, NetworkOptions& network) {
-  command.add_option("--publish", network.file, "The file that the run publishes by; config/dds holds examples")
+  command.add_option("--publish", network.file, "File of the run's --publish; config/dds holds examples")
       ->type_name("FILE");
   command.add_option("--domain", network.domain, "DDS domain instead of the file's (0 without a file)")
       ->type_name("N")
@@ -34,7 +34,7 @@ void add_network_options(CLI::App& command, NetworkOptions& network) {
 }
 
 void add_listening_time(CLI::App& command, double& seconds) {
-  command.add_option("--seconds", seconds, "Ends after so much time; without it, at Ctrl-C")
+  command.add_option("--seconds", seconds, "Ends after this time; without it, at Ctrl-C")
       ->type_name("S")
       ->check(number_within(0.001, 1e9));
 }
@@ -51,10 +51,10 @@ void add_keys_options(CLI::App& keys, KeysOptions& options) {
         ->check(CLI::Validator(dds_name_error, "", "name"));
   };
   add_names("--device", options.devices,
-            "May publish results and read masks; may be repeated. Without any name: kinetrace");
-  add_names("--viewer", options.viewers, "May read results; may be repeated. Without any name: viewer");
-  add_names("--segmenter", options.segmenters, "May publish masks and read results; may be repeated");
-  keys.add_option("--days", options.days, "Identities and permissions end after so many days")
+            "Participant that publishes results and reads masks; may be repeated. Without any name: kinetrace");
+  add_names("--viewer", options.viewers, "Participant that reads results; may be repeated. Without any name: viewer");
+  add_names("--segmenter", options.segmenters, "Participant that publishes masks and reads results; may be repeated");
+  keys.add_option("--days", options.days, "Validity of identities and permissions, days")
       ->type_name("N")
       ->check(CLI::Range(1, 3650))
       ->capture_default_str();
@@ -76,7 +76,7 @@ void add_monitor_options(CLI::App& monitor, MonitorOptions& options) {
       ->type_name("N")
       ->check(at_least_one());
   monitor.add_flag("--json", options.json, "Prints each message as one line of JSON, and rates once a second");
-  monitor.add_flag("--quiet", options.quiet, "Prints nothing but warnings, errors and what --json prints of messages");
+  monitor.add_flag("--quiet", options.quiet, "Prints nothing but warnings, errors and the messages of --json");
   monitor.footer(
       "\nExit codes: 0 something was received; 74 nothing was, or writing failed; 73 the file cannot be made; "
       "others as of run. Ctrl-C is no failure.");
@@ -86,9 +86,11 @@ void add_masks_options(CLI::App& masks, MaskOptions& options) {
   masks.add_option("MASKS", options.folders, "Folders of KITTI MOTS PNG files")
       ->type_name("LEFT_DIR[,RIGHT_DIR]")
       ->required();
-  masks.add_flag("--by-order", options.by_order, "The first file by name is frame 0; without it, names are numbers");
+  masks.add_flag("--by-order", options.by_order,
+                 "Assigns files to frames in the order of their names; without it, by the numbers in their names");
   add_network_options(masks, options.network);
-  masks.add_option("--device", options.network.device, "The run's dds.device instead of the file's")->type_name("NAME");
+  masks.add_option("--device", options.network.device, "Device of the run (dds.device) instead of the file's")
+      ->type_name("NAME");
   add_listening_time(masks, options.seconds);
   masks.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }

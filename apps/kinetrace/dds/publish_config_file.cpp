@@ -1,6 +1,6 @@
 #include "dds/publish_config_file.hpp"
 
-#include <string>
+#include <array>
 
 #include "config/config_fields.hpp"
 #include "config/config_file.hpp"
@@ -17,12 +17,9 @@ Result<publishing::PublishConfig> load_publish_config(const std::filesystem::pat
     return Unexpected(read.error());
   }
   publishing::SecurityConfig& security = config.security;
-  for (std::string* file : {&config.xml, &security.identity_ca, &security.certificate, &security.private_key,
-                            &security.permissions_ca, &security.governance, &security.permissions, &security.plugins}) {
-    if (!file->empty()) {
-      *file = (path.parent_path() / *file).string();  // An absolute path stays as it is.
-    }
-  }
+  resolve_paths(path,
+                std::array{&config.xml, &security.identity_ca, &security.certificate, &security.private_key,
+                           &security.permissions_ca, &security.governance, &security.permissions, &security.plugins});
   if (const Status valid = config.validate(); !valid) {
     return fail(valid.error().code, path.string() + ": " + valid.error().message);
   }

@@ -1,5 +1,4 @@
 // Checks a rig before use in the field.
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -16,6 +15,7 @@
 #include "camera/libcamera_loader.hpp"
 #include "camera/rig_report.hpp"
 #include "cli/commands.hpp"
+#include "cli/formatted.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
 #include "cli/option_checks.hpp"
@@ -44,12 +44,6 @@ struct DoctorOptions {
 };
 
 constexpr double kNanosecondsPerMs = 1e6;
-
-std::string text(const char* format, double value) {
-  std::array<char, 64> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), format, value);
-  return buffer.data();
-}
 
 /// Prints one line per check and records whether all passed.
 class Findings {
@@ -182,9 +176,9 @@ void assess_timing(const Watched& watched, const GuardedCamera& camera, Findings
   const double nominal_hz = camera.camera->info().nominal_rate_hz;
   constexpr double kTolerance = 0.1;
   findings.check(std::abs(watched.rate_hz() - nominal_hz) <= kTolerance * nominal_hz, "rate",
-                 text("%.2f Hz", watched.rate_hz()) + text(" of %.2f Hz", nominal_hz) +
-                     text(", steps %.1f", static_cast<double>(watched.shortest_ns) / kNanosecondsPerMs) +
-                     text(" to %.1f ms", static_cast<double>(watched.longest_ns) / kNanosecondsPerMs),
+                 formatted("%.2f Hz", watched.rate_hz()) + formatted(" of %.2f Hz", nominal_hz) +
+                     formatted(", steps %.1f", static_cast<double>(watched.shortest_ns) / kNanosecondsPerMs) +
+                     formatted(" to %.1f ms", static_cast<double>(watched.longest_ns) / kNanosecondsPerMs),
                  "shorten the exposure, add light, or use a USB port of its own for each camera");
   const hal::CameraCounters& counted = camera.camera->counters();
   const std::uint64_t lost =
@@ -198,9 +192,10 @@ void assess_timing(const Watched& watched, const GuardedCamera& camera, Findings
   if (camera.live != nullptr) {
     const hal::PairingStatus pairing = camera.live->pairing();
     const double period_ms = 1e3 / nominal_hz;
-    findings.check(std::abs(pairing.offset_ms) <= period_ms / 4, "skew",
-                   text("right is %.2f ms later", pairing.offset_ms) + text(", drifting %.0f ppm", pairing.drift_ppm),
-                   "connect a trigger line, or set image.trigger to external");
+    findings.check(
+        std::abs(pairing.offset_ms) <= period_ms / 4, "skew",
+        formatted("right is %.2f ms later", pairing.offset_ms) + formatted(", drifting %.0f ppm", pairing.drift_ppm),
+        "connect a trigger line, or set image.trigger to external");
   }
 }
 
@@ -219,7 +214,7 @@ void assess_calibration(const Watched& watched, const StereoGeometry& geometry, 
   constexpr double kMax_px = 1.0;
   const double residual_px = watched.residual_sum_px / watched.pairing.measurements;
   findings.check(residual_px <= kMax_px, "calibration",
-                 text("matches lie %.2f px off their row", residual_px) + ", " +
+                 formatted("matches lie %.2f px off their row", residual_px) + ", " +
                      std::to_string(watched.pairing.matches) + " matches",
                  "calibrate again in this mode");
   findings.check(watched.rig.verdict != RigVerdict::kOff, "yaw", rig_text(watched.rig, geometry),
@@ -246,8 +241,8 @@ void assess_images(const Watched& watched, const StereoGeometry& geometry, Findi
 
 void assess_geometry(const StereoGeometry& geometry, const hal::RigCalibration& calibration, Findings& findings) {
   findings.ok("rig", calibration.source + ": " + std::to_string(geometry.width_px) + "x" +
-                         std::to_string(geometry.height_px) + text(", focal length %.1f px", geometry.fx_px) +
-                         text(", baseline %.4f m", geometry.baseline_m));
+                         std::to_string(geometry.height_px) + formatted(", focal length %.1f px", geometry.fx_px) +
+                         formatted(", baseline %.4f m", geometry.baseline_m));
 }
 
 // The network that a run would use, started; null if a run would use none, with the reason.
@@ -276,9 +271,9 @@ void assess_memory(const RunMemory& plan, const pipeline::MemoryConfig& memory, 
   constexpr double kMib = 1024.0 * 1024.0;
   const Status fits = check_budget(plan, memory);
   const std::string planned =
-      text("%.1f MiB planned", static_cast<double>(plan.arena.total_bytes()) / kMib) +
-      text(" and %.1f MiB for libraries and threads", static_cast<double>(plan.outside.total_bytes()) / kMib);
-  fits ? findings.ok("memory", planned + (memory.budget_mib > 0.0 ? text(" of %.1f MiB", memory.budget_mib)
+      formatted("%.1f MiB planned", static_cast<double>(plan.arena.total_bytes()) / kMib) +
+      formatted(" and %.1f MiB for libraries and threads", static_cast<double>(plan.outside.total_bytes()) / kMib);
+  fits ? findings.ok("memory", planned + (memory.budget_mib > 0.0 ? formatted(" of %.1f MiB", memory.budget_mib)
                                                                   : ", which is the budget: none is given"))
        : findings.failed("memory", fits.error().message);
 }
@@ -378,8 +373,8 @@ int doctor_command(const DoctorOptions& options) {
 
 void add_options(CLI::App& doctor, DoctorOptions& options) {
   doctor.add_option("CAMERA", options.camera, "Camera file; without it, the devices of this machine are listed");
-  doctor.add_option("--publish", options.publish, "The file that the run will publish by; without it, DDS by default");
-  doctor.add_option("--seconds", options.seconds, "Watches the images for so long")
+  doctor.add_option("--publish", options.publish, "File of the run's --publish; without it, the defaults of DDS");
+  doctor.add_option("--seconds", options.seconds, "Duration of the check of the images")
       ->type_name("S")
       ->check(number_within(0.1, 3600.0))
       ->capture_default_str();

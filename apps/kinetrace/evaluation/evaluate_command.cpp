@@ -316,7 +316,7 @@ void add_options(CLI::App& evaluate, EvaluateOptions& options) {
   evaluate.add_option("--truth", options.truth, "Folder or file with the truth")->type_name("PATH")->required();
   evaluate
       .add_option("--truth-format", options.truth_format,
-                  "What it is, where that cannot be seen: simulator, kitti-tracking, kitti-poses, tum or euroc")
+                  "Format of the truth, where it is not evident: simulator, kitti-tracking, kitti-poses, tum or euroc")
       ->check(CLI::IsMember({"simulator", "kitti-tracking", "kitti-poses", "tum", "euroc"}));
   evaluate.add_option("--truth-camera", options.truth_camera, "Camera poses for truth that has only labels")
       ->type_name("FILE");
@@ -328,14 +328,14 @@ void add_options(CLI::App& evaluate, EvaluateOptions& options) {
       ->type_name("FILE");
   evaluate
       .add_option("--association", options.association,
-                  "Tracks are matched with objects by masks, boxes in the image, or centres in space; without it, by "
-                  "the first of these that run and truth both have")
+                  "Criterion to match tracks with objects: masks, boxes in the image, or centres in space; without it, "
+                  "the first of these in both run and truth")
       ->check(CLI::IsMember({"masks", "boxes", "centres"}));
   evaluate
       .add_option("--fail-if", options.fail_if,
                   "Exit code 1 if the condition holds, such as 'camera.t_rel>1.0': names of evaluation.json joined by "
-                  "dots, one of > >= < <= ==, a number. What does not exist is an error (64), and so is what could "
-                  "not be measured (65). May be repeated")
+                  "dots, one of > >= < <= ==, a number. A name that does not exist is an error (64), and so is a "
+                  "quantity that could not be measured (65). May be repeated")
       ->type_name("CONDITION")
       ->allow_extra_args(false);
   CLI::Option* against =

@@ -70,7 +70,7 @@ void draw_points(Canvas& canvas, const Onlooker& onlooker, const Cloud& cloud, d
 std::vector<Line2> seen_by(const Onlooker& onlooker, const std::vector<Line3>& lines) {
   std::vector<Line2> images(lines.size());
   std::transform(lines.begin(), lines.end(), images.begin(),
-                 [&](const Line3& line) { return onlooker.to_canvas(line); });
+                 [&](const Line3& line) { return line_on_canvas(onlooker, line); });
   return images;
 }
 
@@ -213,18 +213,18 @@ void draw_object_cameras(Canvas& canvas, const Rect& area, const Scene& scene, c
   const PlanView plan(area, hull(object_x, camera_x).widened(0.08), hull(object_z, camera_z).widened(0.08));
   plan.draw_axes(canvas);
   canvas.clip(area);
-  canvas.polyline(plan.to_canvas(centers), {.color = drawing::kRed, .width_px = 1.2, .alpha = 0.7});
+  canvas.polyline(line_on_canvas(plan, centers), {.color = drawing::kRed, .width_px = 1.2, .alpha = 0.7});
   constexpr double kWedge_px = 16.0;
   constexpr double kWedgeGap_px = 7.0;
   std::vector<Line2> wedges;
-  for (const std::size_t i : spaced(plan.to_canvas(centers), kWedgeGap_px)) {
+  for (const std::size_t i : spaced(line_on_canvas(plan, centers), kWedgeGap_px)) {
     wedges.push_back(
-        plan.to_canvas(camera_wedge(view.T_obj_cam[i], scene.geometry, kWedge_px / plan.pixels_per_metre())));
+        line_on_canvas(plan, camera_wedge(view.T_obj_cam[i], scene.geometry, kWedge_px / plan.pixels_per_metre())));
   }
   canvas.polylines(wedges, {.color = drawing::kRed, .width_px = 1.3});
   std::vector<Line2> box;
   for (const Line3& edge : view.box) {
-    box.push_back(plan.to_canvas(edge));
+    box.push_back(line_on_canvas(plan, edge));
   }
   canvas.polylines(box, {.color = color, .width_px = 1.2, .alpha = 0.8});
   const Toner tone(scene.object_model);
@@ -292,12 +292,12 @@ void draw_background_reconstruction(Canvas& canvas, const Rect& area, const Scen
   const Onlooker onlooker = widest_view(mean_view(cameras), {points, kOutliers, path}, area);
   canvas.clip(area);
   draw_points(canvas, onlooker, scene.background, 1.25, 0.9);
-  canvas.polyline(onlooker.to_canvas(path), {.color = drawing::kPaper, .width_px = 5.0, .alpha = 0.6});
-  canvas.polyline(onlooker.to_canvas(path), {.color = drawing::kRed, .width_px = 2.2});
+  canvas.polyline(line_on_canvas(onlooker, path), {.color = drawing::kPaper, .width_px = 5.0, .alpha = 0.6});
+  canvas.polyline(line_on_canvas(onlooker, path), {.color = drawing::kRed, .width_px = 2.2});
   constexpr double kPyramid_px = 16.0;
   constexpr double kPyramidGap_px = 44.0;
   std::vector<Line2> pyramids;
-  for (const std::size_t i : spaced(onlooker.to_canvas(path), kPyramidGap_px)) {
+  for (const std::size_t i : spaced(line_on_canvas(onlooker, path), kPyramidGap_px)) {
     for (const Line2& line :
          seen_by(onlooker, camera_pyramid(cameras[i], scene.geometry, kPyramid_px / onlooker.pixels_per_metre()))) {
       pyramids.push_back(line);

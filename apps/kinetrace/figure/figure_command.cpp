@@ -7,6 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/messages.hpp"
+#include "cli/option_checks.hpp"
 #include "cli/progress.hpp"
 #include "figure/figure_film.hpp"
 #include "figure/figure_overlay.hpp"
@@ -134,22 +135,24 @@ int figure_command(const FigureOptions& options) {
 
 void add_options(CLI::App& figure, FigureOptions& options) {
   figure.add_option("RUN", options.run, "Run folder")->required();
-  figure.add_option("--frame", options.frame, "Which frame; without it, the one that shows most of the moving objects")
-      ->type_name("N");
   figure
-      .add_option("--object", options.object,
-                  "Whose reconstruction; without it, of the object that shows best in the frame")
+      .add_option("--frame", options.frame, "Frame to draw; without it, the one that shows most of the moving objects")
+      ->type_name("N");
+  figure.add_option("--object", options.object, "Object to draw in 3-D; without it, the most visible one in the frame")
       ->type_name("ID");
-  figure.add_option("--out", options.out, "PNG file; without it, figure.png in the run folder")->type_name("FILE");
+  figure.add_option("--out", options.out, "PNG file; without it, figure.png in the run folder")
+      ->type_name("FILE")
+      ->check(named_as(".png"));
   figure
       .add_option("--overlay", options.overlay,
                   "Also writes every frame into this folder, with masks, boxes, speeds and trails drawn in")
       ->type_name("DIR");
   figure
       .add_option("--film", options.film,
-                  "The same, above the trajectories so far, 720 pixels wide: pictures of a film")
+                  "Also writes these frames into this folder, above the trajectories so far, 720 pixels wide: pictures "
+                  "of a film")
       ->type_name("DIR");
-  figure.add_option("--dataset", options.dataset, "Where the recording lies now, if not where the run was made")
+  figure.add_option("--dataset", options.dataset, "Present location of the recording, if it has moved since the run")
       ->type_name("LAYOUT:PATH");
   figure.add_flag("--quiet", options.quiet, "Prints nothing but warnings and errors");
 }

@@ -46,14 +46,6 @@ drawing::Point PlanView::to_canvas(const Eigen::Vector3d& p) const {
   return z_to_the_right_ ? axes_.to_canvas(p.z(), p.x()) : axes_.to_canvas(p.x(), p.z());
 }
 
-Line2 PlanView::to_canvas(const Line3& line) const {
-  Line2 image;
-  for (const Eigen::Vector3d& p : line) {
-    image.push_back(to_canvas(p));
-  }
-  return image;
-}
-
 Line3 camera_wedge(const Se3& T_world_cam, const StereoGeometry& geometry, double depth_m) {
   const double left = -geometry.cx_px / geometry.fx_px;
   const double right = (geometry.width_px - geometry.cx_px) / geometry.fx_px;

@@ -25,7 +25,6 @@ class PlanView {
   void draw_axes(drawing::Canvas& canvas) const { axes_.draw(canvas); }
   [[nodiscard]] const drawing::Rect& area() const noexcept { return axes_.area(); }
   [[nodiscard]] drawing::Point to_canvas(const Eigen::Vector3d& p) const;
-  [[nodiscard]] Line2 to_canvas(const Line3& line) const;
   [[nodiscard]] double pixels_per_metre() const noexcept { return pixels_per_metre_; }
   /// Range of z, extended to fill the area.
   [[nodiscard]] const drawing::Range& z_range() const noexcept { return z_; }

@@ -247,7 +247,8 @@ void draw_now(Canvas& canvas, const PlanView& plan, const Scene& scene) {
   for (const recording::ObjectRow& object : scene.run->objects_at(scene.frame)) {
     if (object.status != BodyStatus::kLost) {
       const auto corners = object.box.corners();
-      Line2 footprint = plan.to_canvas(Line3{corners[2], corners[3], corners[7], corners[6]});  // Round the bottom.
+      Line2 footprint =
+          line_on_canvas(plan, Line3{corners[2], corners[3], corners[7], corners[6]});  // Round the bottom.
       const Color color = drawing::track_style(object.track_id).color;
       canvas.polygon(footprint, color, object.moving ? 0.35 : 0.15);
       footprint.push_back(footprint.front());
@@ -255,8 +256,8 @@ void draw_now(Canvas& canvas, const PlanView& plan, const Scene& scene) {
     }
   }
   constexpr double kWedge_px = 26.0;
-  const Line2 wedge = plan.to_canvas(camera_wedge(scene.run->camera_at(scene.frame)->T_world_cam, scene.geometry,
-                                                  kWedge_px / plan.pixels_per_metre()));
+  const Line2 wedge = line_on_canvas(plan, camera_wedge(scene.run->camera_at(scene.frame)->T_world_cam, scene.geometry,
+                                                        kWedge_px / plan.pixels_per_metre()));
   canvas.polygon(wedge, drawing::kInk, 0.2);
   canvas.polyline(wedge, {.color = drawing::kInk, .width_px = 1.3});
   canvas.unclip();

@@ -123,14 +123,6 @@ drawing::Point Onlooker::to_canvas(const Eigen::Vector3d& p) const {
   return origin_ + scale_ * drawing::Point(q.x() / q.z(), q.y() / q.z());
 }
 
-Line2 Onlooker::to_canvas(const Line3& line) const {
-  Line2 image;
-  for (const Eigen::Vector3d& p : line) {
-    image.push_back(to_canvas(p));
-  }
-  return image;
-}
-
 std::vector<Line3> camera_pyramid(const Se3& T_world_cam, const StereoGeometry& geometry, double depth_m) {
   std::array<Eigen::Vector3d, 4> corners;
   std::size_t next = 0;

@@ -39,6 +39,16 @@ struct ImagePlace {
 [[nodiscard]] std::vector<Line2> project_lines(const std::vector<Line3>& lines_cam, const StereoGeometry& geometry,
                                                const ImagePlace& place);
 
+/// A line seen in `view`, an Onlooker or a PlanView.
+template <typename View>
+[[nodiscard]] Line2 line_on_canvas(const View& view, const Line3& line) {
+  Line2 image;
+  for (const Eigen::Vector3d& p : line) {
+    image.push_back(view.to_canvas(p));
+  }
+  return image;
+}
+
 /// A distant perspective view, fitted so that most of the subject fills a rectangle.
 class Onlooker {
  public:
@@ -60,7 +70,6 @@ class Onlooker {
   /// Not finite for points behind the onlooker.
   [[nodiscard]] drawing::Point to_canvas(const Eigen::Vector3d& p) const;
   [[nodiscard]] double distance_m(const Eigen::Vector3d& p) const { return (R_view_ * (p - view_)).z(); }
-  [[nodiscard]] Line2 to_canvas(const Line3& line) const;
   /// Scale at the middle of the subject.
   [[nodiscard]] double pixels_per_metre() const { return scale_ / middle_distance_m_; }
 

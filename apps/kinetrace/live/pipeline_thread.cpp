@@ -50,8 +50,8 @@ PipelineThread::PipelineThread(const StereoGeometry& geometry, Process process, 
     : process_(std::move(process)), idle_(std::move(idle)), slots_([&] { return carve(geometry, arena); }) {}
 
 Result<bool> PipelineThread::offer(const RectifiedPair& pair, std::int64_t exposed_ns) {
-  if (const Status went_on = failure(); !went_on) {
-    return Unexpected(went_on.error());
+  if (const Status earlier = failure(); !earlier) {
+    return Unexpected(earlier.error());
   }
   Slot& slot = slots_.slot();
   copy_image(pair.left, slot.left);

@@ -8,36 +8,36 @@ namespace kinetrace::app {
 
 void add_reference_options(CLI::App& command, ReferenceOptions& options) {
   command
-      .add_option(
-          "--dof", options.dof,
-          "What is aligned: 6, rotation and position; 4, heading and position of a camera that was level in its "
-          "first frame")
+      .add_option("--dof", options.dof,
+                  "Degrees of freedom of the alignment: 6, rotation and position; 4, heading and position of a camera "
+                  "that was level in its "
+                  "first frame")
       ->needs("--reference")
       ->check(CLI::IsMember({4, 6}))
       ->capture_default_str();
   command
       .add_option("--lever-arm", options.lever_arm_m,
-                  "Where the antenna is, from the left camera: right, down, forward")
+                  "Position of the antenna from the left camera: right, down, forward")
       ->needs("--reference")
       ->type_name("X,Y,Z")
       ->capture_default_str();
   command
-      .add_option(
-          "--time-offset", options.time_offset_s,
-          "Camera's clock minus the reference's, where the search for it begins; without it, 0, or, with navsatfix, "
-          "as if the reference had the clock of the run's machine")
+      .add_option("--time-offset", options.time_offset_s,
+                  "Camera's clock minus the reference's, initial value; without it, 0, or, with navsatfix, as if the "
+                  "reference had the clock of the run's machine")
       ->needs("--reference")
       ->type_name("SECONDS")
       ->check(number_within(-4e9, 4e9));
   command
-      .add_option("--max-time-offset", options.max_time_offset_s,
-                  "Search as far from there; 0: the offset is known exactly. Without it, 10, or, with navsatfix, 1")
+      .add_option(
+          "--max-time-offset", options.max_time_offset_s,
+          "Largest difference from that value; 0: the offset is known exactly. Without it, 10, or, with navsatfix, 1")
       ->needs("--reference")
       ->type_name("SECONDS")
       ->check(number_within(0.0, 3600.0));
   command
       .add_option("--drift", options.drift_percent,
-                  "What the run's path may be off by, as a share of its length; for the standard deviations")
+                  "Drift of the run's path as a share of its length, for the standard deviations")
       ->needs("--reference")
       ->type_name("PERCENT")
       ->check(number_within(0.0, 100.0))

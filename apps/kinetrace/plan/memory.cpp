@@ -55,9 +55,10 @@ MemoryPlan plan_outside(const AppConfig& config, const CameraSetup& camera, cons
 Status fits_the_machine(const RunMemory& plan) {
   const auto needed = static_cast<double>(plan.total_bytes());
   const double machine = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  return needed <= machine ? Status{}
-                           : fail(ErrorCode::kBudget, "the plan needs " + mib(needed) + ", and this machine has " +
-                                                          mib(machine) + "; `kinetrace plan` lists who takes what");
+  return needed <= machine
+             ? Status{}
+             : fail(ErrorCode::kBudget, "the plan needs " + mib(needed) + ", and this machine has " + mib(machine) +
+                                            "; `kinetrace plan` lists the memory of each part");
 }
 
 }  // namespace

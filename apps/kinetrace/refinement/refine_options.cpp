@@ -10,14 +10,15 @@ void add_refine_options(CLI::App& command, RefineOptions& options) {
       .add_option("--out", options.out, "Run folder for the refined run; made, or replaced if it is an earlier run's")
       ->type_name("DIR")
       ->required();
-  command.add_option("--dataset", options.dataset, "Where the recording lies now, if not where the run was made")
+  command.add_option("--dataset", options.dataset, "Present location of the recording, if it has moved since the run")
       ->type_name("LAYOUT:PATH");
   command.add_flag("!--no-images", options.images,
-                   "Does without the recording's images: points are not measured again, loops not looked for");
-  command.add_flag("!--no-loops", options.loops, "Does not look for places that the camera saw twice");
+                   "Does not use the recording's images: no new measurement of points, no search for loops");
+  command.add_flag("!--no-loops", options.loops, "Does not search for places that the camera visited twice");
   command
       .add_option("--reference", options.reference.source,
-                  "Where the camera was, to hold its path by: oxts (KITTI raw), nmea (GGA and RMC), gpx, euroc (ground "
+                  "Reference for the camera's positions, which constrains its path: oxts (KITTI raw), nmea (GGA and "
+                  "RMC), gpx, euroc (ground "
                   "truth as CSV) or csv (columns timestamp_ns, latitude, longitude, height)")
       ->type_name("FORMAT:PATH");
   add_reference_options(command, options.reference);

@@ -1,5 +1,6 @@
 // Times the stages on a recording, to compare versions of the program.
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "cli/messages.hpp"
 #include "cli/shared_options.hpp"
 #include "config/app_config.hpp"
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/core/cpu.hpp"
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/hal/rectifier.hpp"
@@ -80,8 +82,18 @@ Outcome<BenchReport> measure(const BenchOptions& options) {
                      .stages = clock->stage_times()};
 }
 
+Status check_place(const std::filesystem::path& out) {
+  const FileKind kind{.name = "report of `kinetrace bench`", .is_of_kind = [](const std::filesystem::path& path) {
+                        return read_bench_report(path).has_value();
+                      }};
+  return first_failure({check_replaceable(out), check_same_kind(out, kind)});
+}
+
 int bench_command(const BenchOptions& options) {
-  // First, so that an unreadable report fails before the measurement.
+  // First, so that an unreadable or occupied report fails before the measurement.
+  if (const Status place = options.out.empty() ? Status{} : check_place(options.out); !place) {
+    return app::report(to_failure(place.error()));
+  }
   std::optional<BenchReport> before;
   if (!options.against.empty()) {
     Result<BenchReport> read = read_bench_report(options.against);
@@ -108,15 +120,14 @@ void add_options(CLI::App& bench, BenchOptions& options) {
       ->type_name("LAYOUT:PATH")
       ->required();
   bench.add_option("--sequence", options.source.sequence, "Sequence, where the path holds several");
-  bench.add_option("--segmentation", options.segmentation, "Where objects come from, as for run")->type_name("HOW");
+  bench.add_option("--segmentation", options.segmentation, "Source of objects, as for run")->type_name("HOW");
   add_config_options(bench, options.config);
-  bench.add_option("--repeat", options.repeat, "Plays the recording this often")
+  bench.add_option("--repeat", options.repeat, "Number of times that the recording is played")
       ->type_name("N")
       ->check(CLI::Range(1, 10'000))
       ->capture_default_str();
   bench.add_option("--out", options.out, "Writes the times as JSON, for --against")->type_name("FILE");
-  bench.add_option("--against", options.against, "Shows what has changed since this file was written")
-      ->type_name("FILE");
+  bench.add_option("--against", options.against, "Shows changes since this file was written")->type_name("FILE");
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ Status FrameProcessor::go_live(const RunSetup& setup, double rate_hz, Arena& are
   live_ = std::move(*live);
   if (const int priority = setup.config.live.realtime_priority; priority > 0) {
     if (const Status allowed = request_realtime(priority); !allowed) {
-      report_.warn_now(allowed.error().message + ". Going on without");
+      report_.warn_now(allowed.error().message + ". Continuing without");
     }
   }
   return {};

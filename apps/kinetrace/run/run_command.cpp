@@ -1,6 +1,7 @@
 // The main command.
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "cli/commands.hpp"
 #include "cli/companion.hpp"
 #include "cli/messages.hpp"
+#include "kinetrace/core/files.hpp"
 #include "kinetrace/recording/run_recorder.hpp"
 #include "live/thread_stacks.hpp"
 #include "refinement/refine_options.hpp"
@@ -58,7 +60,8 @@ int run_command(const RunOptions& options) {
 
 /// With a name of its own, which "." and "a/" do not have.
 fs::path named_folder(const fs::path& out) {
-  const fs::path folder = fs::absolute(out).lexically_normal();
+  std::error_code error;
+  const fs::path folder = fs::absolute(out, error).lexically_normal();
   return folder.has_filename() ? folder : folder.parent_path();
 }
 
@@ -75,8 +78,25 @@ int refine_batch(const RunOptions& options, const fs::path& online) {
   return exec_companion(kRefineCompanion, arguments);
 }
 
+/// Each would make the other's folder look like someone else's.
+std::optional<Failure> check_record_place(const fs::path& record, const fs::path& results) {
+  if (record.empty() || !is_inside(results, record)) {
+    return std::nullopt;
+  }
+  return Failure{ExitCode::kUsage, "--record " + record.string() + ": " +
+                                       (is_inside(record, results) ? "is" : "holds") + " the folder of the results, " +
+                                       results.string() +
+                                       "; results and recording cannot share a folder, name another one"};
+}
+
 /// The online run stays beside the refined one, as DIR.online.
 int run_and_refine(const RunOptions& options) {
+  const fs::path online_out = named_folder(options.out).string() + ".online";
+  for (const fs::path& results : {options.out, options.refine.empty() ? options.out : online_out}) {
+    if (const auto shared = check_record_place(options.raw.out, results)) {
+      return report(*shared);
+    }
+  }
   if (options.refine.empty()) {
     return run_command(options);
   }
@@ -87,7 +107,7 @@ int run_and_refine(const RunOptions& options) {
     return report({ExitCode::kCannotCreate, usable.error().message});
   }
   RunOptions online = options;
-  online.out = named_folder(options.out).string() + ".online";
+  online.out = online_out;
   const Outcome<RunReport> outcome = run(online);
   if (!outcome) {
     return report(outcome.error());
@@ -108,12 +128,11 @@ int run_and_refine(const RunOptions& options) {
 
 void add_options(CLI::App& run, RunOptions& options) {
   add_source_options(run, options.source);
-  run.add_option(
-         "--segmentation", options.segmentation,
-         "Where objects come from: auto[:MODEL.yaml] (the default: motion and a neural network together, motion "
-         "alone where none can be loaded or memory.budget_mib has no room for it), motion, none (they are not "
-         "looked for), mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], a neural network alone as "
-         "onnx[:MODEL.yaml], or dds: masks that another process sends, see kinetrace masks")
+  run.add_option("--segmentation", options.segmentation,
+                 "Source of objects: auto[:MODEL.yaml] (the default: motion and a neural network together, motion "
+                 "alone where none can be loaded or memory.budget_mib has no room for it), motion, none (no "
+                 "objects), mask files (KITTI MOTS PNG) as masks:LEFT_DIR[,RIGHT_DIR], a neural network alone as "
+                 "onnx[:MODEL.yaml], or dds: masks that another process sends, see kinetrace masks")
       ->type_name("HOW");
   add_config_options(run, options.config);
   run.add_option("--out", options.out, "Run folder; made, or replaced if it is an earlier run's")
@@ -127,8 +146,8 @@ void add_options(CLI::App& run, RunOptions& options) {
       ->check(CLI::IsMember({"batch"}));
   run.add_flag(
       "--images", options.images,
-      "Also writes the rectified left images into the run folder, with --refine into DIR.online: those that its "
-      "COLMAP models are of");
+      "Also writes the rectified left images into the run folder, with --refine into DIR.online: the images of its "
+      "COLMAP models");
   run.add_option(
          "--save-calibration", options.save_calibration,
          "Writes the calibration as the run has corrected it, in OpenCV's YAML, for the next start; replaces an "

@@ -93,7 +93,7 @@ void RunReport::add_masks(const MaskCounters& masks) {
     summary_.warnings.push_back(
         "tracks were propagated without masks in " + std::to_string(masks.frames_timed_out + masks.frames_unsent) +
         " frames: " + std::to_string(masks.frames_timed_out) + " waited in vain (segmentation.dds.timeout_ms), in " +
-        std::to_string(masks.frames_unsent) + " nobody was there to send any");
+        std::to_string(masks.frames_unsent) + " without a sender");
   }
   for (const auto& [count, why] :
        {std::pair{masks.messages_of_other_run, kMasksOfOtherRun}, std::pair{masks.messages_invalid, kMasksInvalid}}) {

@@ -24,8 +24,8 @@ void wait_for_masks(MaskMailbox& masks) {
   while (interrupted_by() == 0 && !masks.wait_for_sender(std::chrono::milliseconds(100))) {
     if (std::chrono::steady_clock::now() > give_up) {
       print_warning(
-          "nobody sends masks; start the process that does in the same DDS domain and for the same "
-          "dds.device, such as `kinetrace masks`. Going on without");
+          "no process sends masks; start one in the same DDS domain and for the same "
+          "dds.device, such as `kinetrace masks`. Continuing without");
       return;
     }
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "camera/recording_thread.hpp"
 #include "config/config_file.hpp"
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/hal/rectifier.hpp"
@@ -77,6 +78,13 @@ Outcome<RunSetup> RunSetup::create(const RunOptions& options) {
   }
   if (const Status place = check_calibration_place(options, *camera); !place) {
     return failure(place.error());
+  }
+  // An earlier run in the run folder is removed before the raw recording begins: that must not fail then.
+  if (!options.raw.out.empty()) {
+    const auto raw = raw_recorder_config(options.raw, camera->calibration, camera->rate_hz());
+    if (const Outcome<void> can = RecordingThread::check(raw, camera->folder); !can) {
+      return Unexpected(can.error());
+    }
   }
   Outcome<std::unique_ptr<PublishingSetup>> publishing = publishing_of(options, *config);
   if (!publishing) {

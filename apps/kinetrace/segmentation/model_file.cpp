@@ -327,11 +327,7 @@ Result<ModelConfig> load_model(const fs::path& path) {
   if (!model) {
     return model;
   }
-  for (std::string* file : {&model->file, &model->graph}) {
-    if (!file->empty()) {
-      *file = (path.parent_path() / *file).string();  // An absolute path stays as it is.
-    }
-  }
+  resolve_paths(path, std::array{&model->file, &model->graph});
   if (const Status valid = model->validate(); !valid) {
     return fail(valid.error().code, path.string() + ": " + valid.error().message);
   }

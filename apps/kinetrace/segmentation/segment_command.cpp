@@ -239,7 +239,7 @@ void add_options(CLI::App& segment, SegmentOptions& options) {
       ->required();
   segment
       .add_option("--model", options.model,
-                  "YAML file that describes the network; without it, the one that comes with Kinetrace, which knows "
+                  "YAML file that describes the network; without it, the one that comes with Kinetrace, trained on "
                   "simulated pictures only")
       ->type_name("MODEL.yaml");
   segment

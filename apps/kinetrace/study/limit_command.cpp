@@ -153,7 +153,7 @@ int study_limit(const LimitOptions& options) {
 void add_options(CLI::App& limit, LimitOptions& options) {
   limit.add_option("RECORDING", options.recordings, "Folders made by kinetrace-simulate")->required();
   limit.add_option("--out", options.out, "Folder for limit.csv and limit.png")->type_name("DIR")->required();
-  limit.add_option("--masks", options.masks, "detections: as a network gives them; instances: exact")
+  limit.add_option("--masks", options.masks, "detections: masks like those of a network; instances: exact masks")
       ->check(CLI::IsMember({"detections", "instances"}))
       ->capture_default_str();
   limit
@@ -165,7 +165,7 @@ void add_options(CLI::App& limit, LimitOptions& options) {
       ->expected(2)
       ->check(number_within(1e-3, 10.0));
   add_config_options(limit, options.config);
-  limit.add_flag("--quiet", options.quiet, "Does not say how exactly points were measured");
+  limit.add_flag("--quiet", options.quiet, "Does not print the noise of the points");
 }
 
 }  // namespace

@@ -143,11 +143,11 @@ void add_options(CLI::App& object_size, StudyOptions& options) {
       ->delimiter(',')
       ->check(CLI::Range(1, 32))
       ->capture_default_str();
-  object_size.add_option("--masks", options.masks, "detections: as a network gives them; instances: exact")
+  object_size.add_option("--masks", options.masks, "detections: masks like those of a network; instances: exact masks")
       ->check(CLI::IsMember({"detections", "instances"}))
       ->capture_default_str();
   add_config_options(object_size, options.config);
-  object_size.add_flag("--quiet", options.quiet, "Does not say what is being run");
+  object_size.add_flag("--quiet", options.quiet, "Prints no progress");
 }
 
 }  // namespace
@@ -155,9 +155,9 @@ void add_options(CLI::App& object_size, StudyOptions& options) {
 Action add_study(CLI::App& command) {
   command.require_subcommand(1);
   CLI::App& object_size = *command.add_subcommand(
-      "object-size", "Errors of objects by their size in the image and by the frames they are reconstructed from");
+      "object-size", "Errors of objects by size in the image and by number of frames of the reconstruction");
   const Action study_size = bind_options(object_size, add_options, study_object_size);
-  CLI::App& limit = *command.add_subcommand("limit", "Errors of objects over the least that measurements allow");
+  CLI::App& limit = *command.add_subcommand("limit", "Errors of objects relative to their Cramer-Rao bound");
   const Action study_limit = add_limit(limit);
   // The commands of the parser are gone when the action runs.
   const auto chosen = std::make_shared<Action>();

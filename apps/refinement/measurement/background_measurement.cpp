@@ -192,6 +192,7 @@ Result<MeasuredBackground> measure_background(const recording::Run& run, const P
       measured.frames.emplace(frame, std::move(now));
     } else {
       measurement.interrupt();
+      ++measured.frames_without_images;
     }
     options.progress(measured.frames.size());
   }

@@ -1,6 +1,7 @@
 // Background points, measured again in the recording's pictures.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -20,6 +21,7 @@ struct MeasuredBackground {
   std::unordered_map<std::int64_t, DisparityChange> changes;
   /// A point whose appearance changed too much was split: the original id of each new point.
   std::map<std::uint32_t, std::uint32_t> part_of;
+  std::size_t frames_without_images = 0;  ///< Of those that the run has observations of.
 
   /// Zero for frames that keep the run's observations.
   [[nodiscard]] DisparityChange change_in(std::int64_t frame) const {

@@ -60,7 +60,7 @@ void add_walkers(Scene& scene, const Variation& variation, Random& random) {
     const double ahead = i % 2 == 0 ? -60.0 : 60.0;
     scene.actors.push_back(walking_person(
         GroundPath(Points{{x, z}, {x, z + ahead}}),
-        // Nobody overtakes on a footpath.
+        // No overtaking on a footpath.
         variation.paced(SpeedProfile({{0.0, i % 2 == 0 ? 1.2 : 1.4}}), static_cast<std::uint32_t>(10 + footpath)), 0.0,
         variation.look(static_cast<std::uint16_t>(40 + i)), variation.height_m(static_cast<std::uint32_t>(40 + i))));
   }

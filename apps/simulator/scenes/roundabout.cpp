@@ -15,7 +15,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
 
-// Traffic goes on the right, so anticlockwise around the island.
+// Traffic keeps to the right, so anticlockwise around the island.
 constexpr double kCentre_m = 10.0;  // z of the island's middle.
 constexpr double kInner_m = 10.0;
 constexpr double kOuter_m = 14.5;

@@ -24,7 +24,7 @@ class Variation {
   [[nodiscard]] std::uint16_t look(std::uint16_t first) const noexcept;
   /// Of a parked vehicle. Trucks stay trucks: they need the room.
   [[nodiscard]] VehicleKind kind(VehicleKind first, std::uint32_t key) const noexcept;
-  /// Nobody has parked there.
+  /// Empty parking spots.
   [[nodiscard]] bool is_empty(std::uint32_t key) const noexcept;
   /// Position of a parked vehicle along the street, instead of `first_m`.
   [[nodiscard]] double place_m(double first_m, std::uint32_t key) const noexcept;

@@ -4,6 +4,7 @@
 
 #include "util/first_error.hpp"
 #include "util/messages.hpp"
+#include "util/row_major.hpp"
 #include "util/text_file.hpp"
 #include "util/whole_pixels.hpp"
 
@@ -79,15 +80,11 @@ Result<std::vector<double>> KittiCalibrationFile::numbers(const std::string& key
 }
 
 Result<Eigen::Matrix3d> KittiCalibrationFile::matrix3(const std::string& key) const {
-  return numbers(key, 9).transform([](const std::vector<double>& values) -> Eigen::Matrix3d {
-    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
-  });
+  return numbers(key, 9).transform(row_major<3, 3>);
 }
 
 Result<Eigen::Matrix<double, 3, 4>> KittiCalibrationFile::projection(const std::string& key) const {
-  return numbers(key, 12).transform([](const std::vector<double>& values) -> Eigen::Matrix<double, 3, 4> {
-    return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(values.data());
-  });
+  return numbers(key, 12).transform(row_major<3, 4>);
 }
 
 Result<RigCalibration> kitti_rectified(const KittiCalibrationFile& file, const std::string& left_key,

@@ -1,6 +1,7 @@
 #include "calibration/calibration_files.hpp"
 #include "util/first_error.hpp"
 #include "util/messages.hpp"
+#include "util/row_major.hpp"
 #include "util/whole_pixels.hpp"
 
 namespace kinetrace::hal {
@@ -40,7 +41,7 @@ Result<RosCamera> read_camera(const YamlDocument& file) {
     return Unexpected(set.error());
   }
   camera.R = *R;
-  camera.P = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(P->data());
+  camera.P = row_major<3, 4>(*P);
   return camera;
 }
 

@@ -5,6 +5,7 @@
 
 #include "kinetrace/core/yaml_text.hpp"
 #include "util/messages.hpp"
+#include "util/row_major.hpp"
 #include "util/text_file.hpp"
 
 namespace kinetrace::hal {
@@ -175,9 +176,7 @@ Result<std::vector<double>> YamlDocument::numbers(std::string_view key, std::siz
 }
 
 Result<Eigen::Matrix3d> YamlDocument::matrix3(std::string_view key) const {
-  return numbers(key, 9).transform([](const std::vector<double>& values) -> Eigen::Matrix3d {
-    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
-  });
+  return numbers(key, 9).transform(row_major<3, 3>);
 }
 
 Result<Se3> YamlDocument::transform(std::string_view key) const {
@@ -185,7 +184,7 @@ Result<Se3> YamlDocument::transform(std::string_view key) const {
   if (!values) {
     return Unexpected(values.error());
   }
-  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(values->data());
+  const Eigen::Matrix4d matrix = row_major<4, 4>(*values);
   if (!matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1))) {
     return error(key, "is no rigid transform: its last row must be 0 0 0 1");
   }

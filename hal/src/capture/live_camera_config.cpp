@@ -112,10 +112,10 @@ Status LiveCameraConfig::validate() const {
     return status;
   }
   return first_failure({check_range("pairing.tolerance_ms", pair_tolerance_ms, 0.001, half_period_ms),
-                        check_range("patience.stall_ms", stall_timeout_ms, 10.0, kMax_ms),
-                        check_range("patience.lost_ms", lost_timeout_ms, 10.0, kMax_ms),
-                        check_range("patience.reopen_first_ms", reopen_first_ms, 1.0, reopen_longest_ms),
-                        check_range("patience.reopen_longest_ms", reopen_longest_ms, 1.0, kMax_ms)});
+                        check_range("timeouts.stall_ms", stall_timeout_ms, 10.0, kMax_ms),
+                        check_range("timeouts.lost_ms", lost_timeout_ms, 10.0, kMax_ms),
+                        check_range("timeouts.reopen_first_ms", reopen_first_ms, 1.0, reopen_longest_ms),
+                        check_range("timeouts.reopen_longest_ms", reopen_longest_ms, 1.0, kMax_ms)});
 }
 
 }  // namespace kinetrace::hal

@@ -1,9 +1,12 @@
 #include "kinetrace/hal/raw_recorder.hpp"
 
+#include <cerrno>
 #include <string>
 #include <sys/statvfs.h>
 #include <system_error>
+#include <unistd.h>
 
+#include "formats/calibration_text.hpp"
 #include "kinetrace/core/config_check.hpp"
 #include "recording/append_file.hpp"
 #include "recording/raw_recorders.hpp"
@@ -14,18 +17,34 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Unexpected<Error> not_made(const fs::path& directory, const std::error_code& error) {
+  return fail(ErrorCode::kIo, concat(directory.string(), ": cannot be made: ", error.message()));
+}
+
 // Never into a folder that is not empty: a recording cannot be repeated.
-Status make_empty_folder(const fs::path& directory) {
+Status check_folder(const fs::path& directory) {
   std::error_code error;
-  fs::create_directories(directory, error);
-  if (error) {
-    return fail(ErrorCode::kIo, concat(directory.string(), ": cannot be made: ", error.message()));
+  fs::path above = fs::absolute(directory, error);
+  while (!fs::exists(above, error) && above.has_relative_path()) {
+    above = above.parent_path();
   }
-  if (!fs::is_empty(directory, error) || error) {
+  if (!fs::is_directory(above, error)) {
+    return not_made(directory, error ? error : std::make_error_code(std::errc::not_a_directory));
+  }
+  if (::access(above.c_str(), W_OK | X_OK) != 0) {
+    return not_made(directory, std::error_code(errno, std::generic_category()));
+  }
+  if (fs::exists(directory, error) && !fs::is_empty(directory, error)) {
     return fail(ErrorCode::kInvalidArgument,
                 directory.string() + ": is not empty; recordings are never written over, name a new folder");
   }
   return {};
+}
+
+Status make_folder(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  return error ? Status(not_made(directory, error)) : Status{};
 }
 
 }  // namespace
@@ -56,11 +75,20 @@ std::size_t RawRecorder::required_bytes(const RawRecorderConfig& config) {
   return config.format == RawFormat::kContainer ? container_recorder_bytes(config) : 0;
 }
 
+Status RawRecorder::check(const RawRecorderConfig& config) {
+  if (Status usable = first_failure({config.validate(), check_folder(config.directory)});
+      !usable || config.format == RawFormat::kContainer) {
+    return usable;
+  }
+  const Result<std::string> calibration = kitti_calibration_text(config.calibration);
+  return calibration ? Status{} : Unexpected(calibration.error());
+}
+
 Result<std::unique_ptr<RawRecorder>> RawRecorder::create(const RawRecorderConfig& config, Arena& arena) {
-  for (const Status& status : {config.validate(), make_empty_folder(config.directory)}) {
-    if (!status) {
-      return Unexpected(status.error());
-    }
+  Status made = check(config);
+  made = made ? make_folder(config.directory) : made;
+  if (!made) {
+    return Unexpected(made.error());
   }
   auto recorder =
       config.format == RawFormat::kContainer ? make_container_recorder(config, arena) : make_kitti_recorder(config);

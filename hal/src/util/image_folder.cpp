@@ -56,7 +56,8 @@ Result<ImageFolder> list_images(const fs::path& folder, std::string_view prefix,
     const fs::path& path = entry->path();
     std::string stem = path.stem().string();
     const std::string extension = path.extension().string();
-    if (!is_image_extension(extension) || !stem.starts_with(prefix) || !stem.ends_with(tag) ||
+    // A copy from macOS has a "._NAME.png" beside each NAME.png.
+    if (stem.starts_with('.') || !is_image_extension(extension) || !stem.starts_with(prefix) || !stem.ends_with(tag) ||
         stem.size() == tag.size()) {
       continue;
     }

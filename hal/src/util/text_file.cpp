@@ -57,6 +57,10 @@ Result<std::string> read_text(const std::filesystem::path& path, std::size_t max
   if (text && text->empty()) {
     return fail(ErrorCode::kBadFormat, path.string() + ": is empty (0 bytes); copy it again");
   }
+  // Editors of Windows begin a text with it.
+  if (constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF"; text && text->starts_with(kByteOrderMark)) {
+    text->erase(0, kByteOrderMark.size());
+  }
   return text;
 }
 

@@ -17,7 +17,8 @@ inline constexpr std::size_t kMaxTextBytes = std::size_t{256} << 20;
 /// Calibrations have a few kilobytes, a hundred with the detected corners.
 inline constexpr std::size_t kMaxCalibrationBytes = std::size_t{1} << 20;
 
-/// Whole content. Errors: kNotFound, kIo, kBadFormat (no regular file, empty, or beyond `max_bytes`).
+/// Whole content, without a byte order mark. Errors: kNotFound, kIo, kBadFormat (no regular file, empty, or beyond
+/// `max_bytes`).
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path, std::size_t max_bytes = kMaxTextBytes);
 
 /// Lines without line ends, carriage returns and surrounding blanks; without blank lines and lines that begin with '#'.

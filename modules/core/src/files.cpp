@@ -80,8 +80,12 @@ fs::path target_of(const fs::path& path) {
   return error ? path : target;
 }
 
-Unexpected<Error> obstructed(const fs::path& path, std::string_view what, const std::string& why) {
-  return fail(ErrorCode::kIo, path.string().append(": ").append(what).append(" (" + why + "); check the permissions"));
+Unexpected<Error> obstructed(const fs::path& path, std::string_view what, const std::error_code& why) {
+  const char* remedy = why == std::errc::filename_too_long               ? "; shorten it"
+                       : why == std::errc::too_many_symbolic_link_levels ? "; check where its links lead"
+                                                                         : "; check the permissions";
+  return fail(ErrorCode::kIo,
+              path.string().append(": ").append(what).append(" (" + why.message() + ")").append(remedy));
 }
 
 /// Kind of an existing entry that is not of the expected kind.
@@ -104,7 +108,7 @@ Unexpected<Error> unreachable(const fs::path& path, std::string_view missing) {
   // A missing entry is reported as kNotFound below.
   const fs::file_status status = fs::status(path, error);
   if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory) {
-    return obstructed(path, "cannot be reached", error.message());
+    return obstructed(path, "cannot be reached", error);
   }
   return fail(ErrorCode::kNotFound, path.string().append(": ").append(other_kind(status.type())).append(missing));
 }
@@ -115,7 +119,7 @@ Status check_folder(const fs::path& path, std::string_view missing) {
     return unreachable(path, missing);
   }
   const fs::directory_iterator names(path, error);
-  return error ? Status(obstructed(path, "cannot be listed", error.message())) : Status{};
+  return error ? Status(obstructed(path, "cannot be listed", error)) : Status{};
 }
 
 fs::path staged_path(const fs::path& path) {

@@ -132,7 +132,7 @@ Status check_pose_count(const Place& place, const Truth& truth) {
   const auto poses = static_cast<std::int64_t>(truth.camera.poses.size());
   const std::string has = (place.path / "camera_poses.txt").string() + ": has " + std::to_string(poses) + " rows, ";
   if (!truth.objects.empty() && truth.objects.rbegin()->first >= poses) {
-    return fail(ErrorCode::kBadFormat, has + "objects.csv goes on until frame " +
+    return fail(ErrorCode::kBadFormat, has + "objects.csv continues until frame " +
                                            std::to_string(truth.objects.rbegin()->first) + "; copy the truth again");
   }
   std::int64_t images = 0;

@@ -65,11 +65,11 @@ float interpolated_minimum(const Costs& costs, int count, int i) noexcept {
 /// True if no other minimum comes near the best one; repetitive texture has many.
 bool stands_out(const Costs& costs, int count, int best, float ratio) noexcept {
   const float limit = ratio * std::max(interpolated_minimum(costs, count, best), kNoiseCost);
-  const auto rival = [&](int i) {
+  const auto competes = [&](int i) {
     return std::abs(i - best) > kMinimumHalfWidth && interpolated_minimum(costs, count, i) < limit;
   };
   for (int i = 0; i < count; ++i) {
-    if (rival(i)) {
+    if (competes(i)) {
       return false;
     }
   }

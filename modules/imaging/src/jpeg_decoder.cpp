@@ -67,6 +67,9 @@ InPlaceStatus JpegDecoder::decode(const char* name, std::span<const std::uint8_t
   if (own_width != width || own_height != height) {
     return size_error(name, own_width, own_height, width, height, "");
   }
+  if (colours == TJCS_CMYK || colours == TJCS_YCCK) {
+    return file_error(ErrorCode::kBadFormat, name, {"is a JPEG in CMYK, the colours of printing; convert it to RGB"});
+  }
   const int code =
       tjDecompress2(handle_.get(), bytes.data(), length, samples, width, pitch_bytes, height, format, kFlags);
   if (code != 0 && !is_padding(tjGetErrorStr2(handle_.get()))) {

@@ -1,5 +1,6 @@
 #include "kinetrace/imaging/png_writer.hpp"
 
+#include <cerrno>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -88,9 +89,13 @@ Status write(const char* path, ImageView<const Pixel> image, PixelFormat format,
   }
   const ForeignCall foreign;
   const std::filesystem::path staged = staged_path(path);
-  std::unique_ptr<std::FILE, FileClose> file(::fdopen(open_staged(staged), "wb"));
+  const int descriptor = open_staged(staged);
+  const bool is_folder = descriptor < 0 && errno == EISDIR;
+  std::unique_ptr<std::FILE, FileClose> file(::fdopen(descriptor, "wb"));
   if (!file) {
-    return file_error(ErrorCode::kIo, path, {"cannot be created; check that the folder exists and is writable"});
+    return file_error(
+        ErrorCode::kIo, path,
+        {is_folder ? "is a folder; name a file" : "cannot be created; check that the folder exists and is writable"});
   }
   const int code = encode(file.get(), image, format, effort);
   const bool flushed = std::fclose(file.release()) == 0;

@@ -48,8 +48,8 @@ Status check_input(const ModelConfig& model) {
 }
 
 float log_odds(float probability) noexcept {
-  constexpr float kDoubt = 1e-6F;
-  const float p = std::clamp(probability, kDoubt, 1.F - kDoubt);
+  constexpr float kMinProbability = 1e-6F;
+  const float p = std::clamp(probability, kMinProbability, 1.F - kMinProbability);
   return std::log(p / (1.F - p));
 }
 

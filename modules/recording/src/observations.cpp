@@ -44,7 +44,7 @@ Status ObservationReader::Impl::check_length(std::uint64_t bytes, const Run& run
   if (bytes < header.size()) {
     return damaged("is empty or cut off");
   }
-  if (const Status read = read_at(file, 0, std::as_writable_bytes(std::span(header)), path); !read) {
+  if (Status read = read_at(file, 0, std::as_writable_bytes(std::span(header)), path); !read) {
     return read;
   }
   if (std::string_view(header.data(), header.size()) != kObservationHeader) {

@@ -87,7 +87,7 @@ Json rig_json(const RigEstimate& rig, const StereoGeometry& geometry) {
           {"applied", correction_json(rig.applied.vector())},
           {"disparity_error_px", rig.correction.disparity_error_rad() * geometry.fx_px},
           {"disparity_sigma_px", rig.disparity_sigma_rad * geometry.fx_px},
-          {"focal_judged", rig.judges_focal()},
+          {"focal_known", rig.is_focal_known()},
           {"depth_errors", std::move(depths)},
           {"windows", rig.windows},
           {"knocks", rig.knocks}};

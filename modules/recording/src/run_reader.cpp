@@ -420,6 +420,9 @@ Result<RunAbout> read_about(Run& run, bool is_in_use) {
     return read_run_about(run.directory / "run.json");
   }
   if (!fs::exists(run.directory / "camera.tum", error)) {
+    if (fs::exists(run.directory, error) && !fs::is_directory(run.directory, error)) {
+      return unreachable(run.directory, "expected the folder of a run (kinetrace run --out)");
+    }
     return unreachable(run.directory / "run.json", "no such file; expected the folder of a run (kinetrace run --out)");
   }
   run.is_finished = false;

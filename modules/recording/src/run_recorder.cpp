@@ -10,6 +10,7 @@
 #include "buffered_file.hpp"
 #include "colmap_writer.hpp"
 #include "external_sort.hpp"
+#include "kinetrace/core/config_check.hpp"
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/imaging/png_writer.hpp"
 #include "observation_file.hpp"
@@ -29,15 +30,6 @@ constexpr std::int64_t kMaxFrame = std::numeric_limits<std::int32_t>::max() - 1;
 std::size_t memory_bytes(const RecordingConfig& config) {
   constexpr std::size_t kBytesPerKib = 1024;
   return static_cast<std::size_t>(config.conversion_kib) * kBytesPerKib;
-}
-
-template <typename Value>
-Status check_range(const char* key, Value value, Value least, Value greatest) {
-  if (value >= least && value <= greatest) {
-    return {};
-  }
-  return fail(ErrorCode::kInvalidConfig, std::string(key) + " must be in [" + std::to_string(least) + ", " +
-                                             std::to_string(greatest) + "], got " + std::to_string(value));
 }
 
 Unexpected<Error> bad_frame(std::int64_t frame, const std::string& reason) {
@@ -89,6 +81,7 @@ struct RunRecorder::Impl {
   void append_retired(const FrameResult& result) noexcept;
   void append_finalised(const FrameEstimate& frame) noexcept;
   void append_object(const FrameEstimate& frame, const ObjectResult& object) noexcept;
+  [[nodiscard]] Status check_folder_is_there() const;
   Status flush_when_due();
   Status close_files();
   Status convert();
@@ -299,6 +292,16 @@ void RunRecorder::Impl::append_object(const FrameEstimate& frame, const ObjectRe
                           .box_radius_m = static_cast<float>(object.box.size_m.norm() / 2.0)});
 }
 
+// Open files can be written after somebody has removed them, for nothing.
+Status RunRecorder::Impl::check_folder_is_there() const {
+  std::error_code error;
+  if (std::filesystem::is_directory(config.directory, error)) {
+    return {};
+  }
+  return fail(ErrorCode::kIo, config.directory.string() +
+                                  ": has gone while the run was writing into it; its results are lost, run again");
+}
+
 Status RunRecorder::Impl::flush_when_due() {
   const bool due = ++frames_since_flush >= config.flush_interval_frames;
   if (due) {
@@ -308,6 +311,9 @@ Status RunRecorder::Impl::flush_when_due() {
       if (Status flushed = writer->flush(); !flushed) {
         return flushed;
       }
+    }
+    if (Status there = check_folder_is_there(); !there) {
+      return there;
     }
   }
   for (const BufferedWriter* writer : writers()) {
@@ -425,7 +431,7 @@ Status RunRecorder::finish(const RunSummary& summary) {
     return fail(ErrorCode::kIllegalState, "cannot finish: the run folder is finished already");
   }
   impl_->finished = true;
-  const Status closed = impl_->close_files();
+  const Status closed = first_failure({impl_->close_files(), impl_->check_folder_is_there()});
   if (!impl_->first_error || !closed) {
     return impl_->first_error ? closed : impl_->first_error;
   }

@@ -312,9 +312,9 @@ class Assembly {
   std::shared_ptr<ceres::ParameterBlockOrdering> ordering_ = std::make_shared<ceres::ParameterBlockOrdering>();
 };
 
-class AskWhetherToGoOn final : public ceres::IterationCallback {
+class ContinuationCheck final : public ceres::IterationCallback {
  public:
-  explicit AskWhetherToGoOn(const std::function<bool()>& keep_going) : keep_going_(keep_going) {}
+  explicit ContinuationCheck(const std::function<bool()>& keep_going) : keep_going_(keep_going) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
     return keep_going_() ? ceres::SOLVER_CONTINUE : ceres::SOLVER_TERMINATE_SUCCESSFULLY;
   }
@@ -327,7 +327,7 @@ Result<BundleSummary> solve(const CeresBundleConfig& config, BatchProblem& batch
   Assembly assembly(config, batch);
   ceres::Solver::Options options = solver_options(config, batch);
   options.linear_solver_ordering = assembly.ordering();
-  AskWhetherToGoOn callback(config.keep_going);
+  ContinuationCheck callback(config.keep_going);
   if (config.keep_going) {
     options.callbacks.push_back(&callback);
   }

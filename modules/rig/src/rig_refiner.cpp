@@ -73,11 +73,11 @@ constexpr double kShrinkSigmas = 2.0;
 constexpr double kOff = 4.0;
 // Residual lens distortion: in KITTI's recordings, with about .2 px of it, windows scatter six times as much as noise
 // explains.
-constexpr double kBentPerScatter_px = 0.08;
-constexpr double kBentInMean = 0.3;
+constexpr double kDistortionPerScatter_px = 0.08;
+constexpr double kDistortionInMean = 0.3;
 constexpr double kUsualDisparity_px = 20.0;
 // There, distortion resembles a focal error of .003 over the turn in radians: ten times .2 px over the focal length.
-constexpr double kFocalPerBend = 10.0;
+constexpr double kFocalPerDistortion = 10.0;
 // A single pair of frames may be wrong.
 constexpr std::uint64_t kMinWindows = 2;
 // Below the first a change moves no feature; above the second, the window of bundle adjustment would mix two
@@ -87,8 +87,8 @@ constexpr double kLargeChange_px = 0.7;
 // Errors below this do not matter.
 constexpr double kNoticeable_px = 0.1;
 constexpr double kNoticeableFocal = 0.002;  // Two tenths of a percent of any depth.
-// With a larger sigma the calibration cannot be judged.
-constexpr double kJudged_px = 0.15;
+// With a larger sigma the verdict is unknown.
+constexpr double kMaxSigma_px = 0.15;
 
 double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
@@ -109,29 +109,29 @@ double distance_px(const StereoGeometry& g, const RigCorrection& a, const RigCor
 }
 
 /// Residual distortion, px, from excess scatter: distortion fits no rotation of the camera and biases the estimate.
-double bend_px(double scatter) {
-  return kBentPerScatter_px * std::sqrt(scatter - 1.0);
+double distortion_px(double scatter) {
+  return kDistortionPerScatter_px * std::sqrt(scatter - 1.0);
 }
 
 /// In a turn, a focal error causes flow that grows with the square of the column. So do errors of the disparities over
 /// the image, independent of the turn: the smaller the turn, the larger the resulting focal error.
 double focal_error(const RefineConfig& config, double focal_px, double scatter, double turn_rad) {
-  return kFocalPerBend * (config.bias_px + bend_px(scatter)) / (focal_px * turn_rad);
+  return kFocalPerDistortion * (config.bias_px + distortion_px(scatter)) / (focal_px * turn_rad);
 }
 
 /// Errors that do not average out over windows.
 RigCorrection::Vector lasting_error_rad(const RefineConfig& config, const StereoGeometry& geometry, double scatter,
                                         double turn_rad) {
   const double focal_px = geometry.fx_px;
-  const double bent_px = bend_px(scatter);
+  const double residual_px = distortion_px(scatter);
   // Turns about x and y follow from the mean over the image, the roll from half its size, the baseline from
   // disparities.
-  const double mean_rad = (config.bias_px + kBentInMean * bent_px) / focal_px;
-  const double edge_rad = (config.bias_px + bent_px) / (0.5 * focal_px);
-  const double disparity_rad = (0.1 * config.bias_px + bent_px) / kUsualDisparity_px;
+  const double mean_rad = (config.bias_px + kDistortionInMean * residual_px) / focal_px;
+  const double edge_rad = (config.bias_px + residual_px) / (0.5 * focal_px);
+  const double disparity_rad = (0.1 * config.bias_px + residual_px) / kUsualDisparity_px;
   RigCorrection::Vector error;
   // A shift and a turn about y differ only by a term of the square of the column, as lens distortion causes, too.
-  const double shift_rad = 2.0 * mean_rad + bent_px / (0.15 * focal_px);
+  const double shift_rad = 2.0 * mean_rad + residual_px / (0.15 * focal_px);
   constexpr double kNothingKnown = 1.0;
   const double focal = turn_rad > 0.0 ? focal_error(config, focal_px, scatter, turn_rad) : kNothingKnown;
   error << mean_rad, mean_rad, edge_rad, disparity_rad, 2.0 * disparity_rad, shift_rad, focal;
@@ -393,7 +393,7 @@ void RigRefiner::publish() {
   estimate_.known_focal = known.focal;
   const bool is_turned = distance_px(geometry_, known, {}) > kNoticeable_px;
   const bool is_off = is_turned || std::abs(known.focal) > kNoticeableFocal;
-  if (estimate_.windows == 0 || (!is_off && yaw_sigma_px > kJudged_px)) {
+  if (estimate_.windows == 0 || (!is_off && yaw_sigma_px > kMaxSigma_px)) {
     estimate_.verdict = RigVerdict::kUnknown;
   } else if (!is_off) {
     estimate_.verdict = RigVerdict::kHolds;

@@ -63,11 +63,11 @@ void AutoSegmenter::load(const RectifiedPair& pair, std::span<const Track> track
 }
 
 Result<DetectionFrame> AutoSegmenter::process(const SegmentationInput& input) {
-  const Result<DetectionFrame> seen = network_->process(input);
+  Result<DetectionFrame> seen = network_->process(input);
   if (!seen) {
     return seen;
   }
-  const Result<DetectionFrame> moving = motion_->process(input);
+  Result<DetectionFrame> moving = motion_->process(input);
   if (!moving) {
     return moving;
   }

@@ -12,7 +12,7 @@ namespace {
 constexpr int kMaxLevels = 80;
 constexpr int kPairs = kMatchHeight / kMatchedRows;
 /// Least cost of any other level, relative to the best: a ratio, and a noise of one grey level in each pixel.
-constexpr int kRivalPercent = 115;
+constexpr int kSecondPercent = 115;
 constexpr int kNoiseCost = kMatchWidth * kMatchHeight;
 
 }  // namespace
@@ -33,7 +33,7 @@ CellDisparity::CellDisparity(const StereoGeometry& geometry, Arena& arena) : ste
   costs_ = arena.take<std::int16_t>(cells * kMaxLevels);
   best_ = arena.take<std::int16_t>(cells);
   cost_ = arena.take<std::int16_t>(cells);
-  rival_ = arena.take<std::int16_t>(cells);
+  second_cost_ = arena.take<std::int16_t>(cells);
 }
 
 void CellDisparity::clear() noexcept {
@@ -79,14 +79,14 @@ void CellDisparity::match_cells(GrayView left, int cy, int levels) {
     pair_costs[static_cast<std::size_t>(k)] = costs;
   }
   kernels.choose_levels(pair_costs.data(), cells, levels, stride, costs_.data(), best_.data(), cost_.data(),
-                        rival_.data());
+                        second_cost_.data());
   float* const out = disparity_.row(cy);
   for (int i = 0; i < cells; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const int best = best_[k];
     const int cost = cost_[k];
-    if (cost == kNoCost || rival_[k] == kNoCost || best + 1 >= levels ||
-        100 * rival_[k] < kRivalPercent * cost + 100 * kNoiseCost) {
+    if (cost == kNoCost || second_cost_[k] == kNoCost || best + 1 >= levels ||
+        100 * second_cost_[k] < kSecondPercent * cost + 100 * kNoiseCost) {
       continue;
     }
     const auto at = [&](int d) {

@@ -116,7 +116,7 @@ void match_row_pair(GrayView left, GrayView right, int first_row, int pitch, int
 }
 
 void choose_levels(const std::int16_t* const* pair_costs, int cells, int levels, int stride, std::int16_t* costs,
-                   std::int16_t* best, std::int16_t* cost, std::int16_t* rival) {
+                   std::int16_t* best, std::int16_t* cost, std::int16_t* second_cost) {
   static_assert(kMatchHeight == 6);
   for (int i = 0; i < cells; i += kLanes) {
     Words least = Words{} + kNoCost;
@@ -137,7 +137,7 @@ void choose_levels(const std::int16_t* const* pair_costs, int cells, int levels,
     }
     store(best + i, at);
     store(cost + i, least);
-    store(rival + i, second);
+    store(second_cost + i, second);
   }
 }
 

@@ -53,7 +53,7 @@ struct DenseKernels {
   /// `costs` = sum of the window's three pairs of rows; best level of each cell, its cost, and the least cost of levels
   /// that are not its neighbours. `stride` and the results' length are multiples of 16, at least `cells`.
   void (*choose_levels)(const std::int16_t* const* pair_costs, int cells, int levels, int stride, std::int16_t* costs,
-                        std::int16_t* best, std::int16_t* cost, std::int16_t* rival);
+                        std::int16_t* best, std::int16_t* cost, std::int16_t* second_cost);
   /// Mean absolute grey difference of the patch of `image` with its corner at (x, y) and that of `other`, displaced;
   /// negative if it lies outside. Reads two pixels beyond the patch: images need an extra row.
   float (*patch_difference)(GrayView image, int x, int y, GrayView other, float shift_x, float shift_y);

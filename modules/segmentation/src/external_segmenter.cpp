@@ -27,7 +27,7 @@ Result<std::unique_ptr<ExternalSegmenter>> ExternalSegmenter::create(const Segme
   }
   if (masks == nullptr) {
     return fail(ErrorCode::kInvalidConfig,
-                "segmentation.mode dds: nobody receives masks here; only `kinetrace run --publish` does");
+                "segmentation.mode dds: masks are not received here; only `kinetrace run --publish` does");
   }
   std::unique_ptr<ExternalSegmenter> segmenter(new ExternalSegmenter());
   segmenter->config_ = config;

@@ -72,7 +72,7 @@ MaskFusion::MaskFusion(const StereoGeometry& geometry, int max_objects, int min_
     : min_area_px_(min_area_px),
       labels_(take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px)),
       detections_(arena, static_cast<std::size_t>(max_objects)),
-      objects_(arena, 2U * kMaxObjects),
+      objects_(arena, std::size_t{2} * kMaxObjects),
       blank_row_(arena.take<std::uint8_t>(static_cast<std::size_t>(geometry.width_px))),
       shared_px_(take_image<std::int32_t>(arena, kColumns, kRows)),
       label_of_(take_image<std::uint8_t>(arena, kColumns, kRows)) {}

@@ -14,14 +14,14 @@ constexpr int kMinVotes = 2;
 constexpr int kMaxVotes = 6;
 /// Least features that retain a halted region.
 constexpr int kMinHeldFeatures = 2;
-/// Frames without motion after which an unconfirmed region is dropped.
-constexpr std::uint32_t kUnconfirmedGapFrames = 2;
+/// Time without motion after which an unconfirmed region is dropped.
+constexpr std::int64_t kMaxUnconfirmedGap_ns = 200'000'000;
 /// A feature leaves a moving region when rest fits it better by this much.
 constexpr float kLeaveChi2 = 4.F;
-/// A member that never moved with the region is removed after so many frames of unknown motion. One that moved with it
+/// A member that never moved with the region is removed after so much time of unknown motion. One that moved with it
 /// gets a whole window: while an object brakes, no constant velocity fits.
-constexpr int kMaxUnknownFrames = 4;
-constexpr int kMaxMovedUnknownFrames = 8;
+constexpr std::int64_t kMaxUnknown_ns = 400'000'000;
+constexpr std::int64_t kMaxMovedUnknown_ns = 800'000'000;
 
 }  // namespace
 
@@ -41,8 +41,9 @@ void MotionMemory::reset() noexcept {
   region_of_blob_.clear();
 }
 
-void MotionMemory::begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region) {
-  ++frame_;
+void MotionMemory::begin(std::int64_t interval_ns, std::span<const Feature> features,
+                         std::span<const std::uint32_t> inherited_region) {
+  interval_ns_ = interval_ns;
   recall(features, inherited_region);
 }
 
@@ -69,8 +70,8 @@ std::int16_t MotionMemory::region_of(std::size_t blob, std::uint32_t drawn_as,
   return *most >= kMinHeldFeatures ? static_cast<std::int16_t>(most - votes.begin()) : std::int16_t{-1};
 }
 
-// A moving blob was observed for some frames already: its region is confirmed. A merely restless one still continues
-// its region.
+// A moving blob was observed for some frames already: its region is confirmed. A blob whose cells have changed, without
+// a significant velocity, still continues its region.
 void MotionMemory::update_blobs(std::span<const MovingBlob> blobs, std::span<const std::uint32_t> drawn_as,
                                 std::span<const std::int16_t> blob_of_feature) {
   region_of_blob_.clear();
@@ -99,12 +100,10 @@ void MotionMemory::update_blobs(std::span<const MovingBlob> blobs, std::span<con
 
 void MotionMemory::sustain(std::size_t region) noexcept {
   regions_[region].moving = true;
-  regions_[region].last_moving_frame = frame_;
 }
 
-void MotionMemory::conclude(std::int64_t interval_ns, std::span<const Feature> features,
-                            std::span<const FeatureMotion> motions) {
-  drop_stale(interval_ns);
+void MotionMemory::conclude(std::span<const Feature> features, std::span<const FeatureMotion> motions) {
+  drop_stale();
   memorise(features.first(motions.size()), motions);
 }
 
@@ -115,11 +114,13 @@ void MotionMemory::memorise(std::span<const Feature> features, std::span<const F
     }
     Membership& m = memory_[features[i].slot];
     const bool continued = m.feature_id == features[i].id;
-    const int unknown_frames = motions[i].known ? 0 : 1 + (continued ? m.unknown_frames : 0);
-    const int timeout_frames = has_moved_with_region(i) ? kMaxMovedUnknownFrames : kMaxUnknownFrames;
-    const std::int16_t r = unknown_frames > timeout_frames ? std::int16_t{-1} : region_of_[i];
-    m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, has_moved_with_region(i),
-         static_cast<std::uint8_t>(std::min(unknown_frames, 255))};
+    DwellTime unknown = continued && !motions[i].known ? m.unknown : DwellTime{};
+    if (!motions[i].known) {
+      unknown.add_frame(interval_ns_);
+    }
+    const std::int64_t timeout_ns = has_moved_with_region(i) ? kMaxMovedUnknown_ns : kMaxUnknown_ns;
+    const std::int16_t r = unknown.exceeds(timeout_ns) ? std::int16_t{-1} : region_of_[i];
+    m = {features[i].id, r < 0 ? 0U : regions_[static_cast<std::size_t>(r)].id, has_moved_with_region(i), unknown};
   }
 }
 
@@ -188,7 +189,6 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
       region.moving = true;
       ++region.moving_frames;
       region.votes += std::clamp(clusters[c].features - 1, kMinVotes, kMaxVotes);
-      region.last_moving_frame = frame_;
       region.velocity_mps = clusters[c].velocity_mps;
       region.covariance = clusters[c].covariance;
     }
@@ -203,8 +203,8 @@ bool MotionMemory::is_inconsistent(const FeatureMotion& motion, const MotionRegi
 
 // Members of clusters are assigned to their cluster's region. Others stay without contrary evidence: a feature that has
 // moved with a region leaves when its motion contradicts the moving region (not a resting one: then the object has
-// stopped); a feature merely found on the region's mask stays as long as the region shows no motion, but only for a few
-// frames.
+// stopped); a feature merely found on the region's mask stays as long as the region shows no motion, but only for a
+// short time.
 void MotionMemory::add_known_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                                       std::span<const std::int16_t> cluster_of_feature) {
   for (std::size_t i = 0; i < features.size(); ++i) {
@@ -214,9 +214,10 @@ void MotionMemory::add_known_features(std::span<const Feature> features, std::sp
     } else if (region_of_[i] >= 0) {
       const MotionRegion& region = regions_[static_cast<std::size_t>(region_of_[i])];
       const bool contradicted = motions[i].known && is_inconsistent(motions[i], region);
-      const bool leaves = has_moved_with_region(i)
-                              ? region.moving && contradicted
-                              : region.moving || contradicted || frame_ - region.last_moving_frame > kMaxUnknownFrames;
+      DwellTime idle = region.idle;
+      idle.add_frame(interval_ns_);
+      const bool leaves = has_moved_with_region(i) ? region.moving && contradicted
+                                                   : region.moving || contradicted || idle.exceeds(kMaxUnknown_ns);
       region_of_[i] = leaves ? std::int16_t{-1} : region_of_[i];
     }
     if (region_of_[i] >= 0) {
@@ -225,22 +226,21 @@ void MotionMemory::add_known_features(std::span<const Feature> features, std::sp
   }
 }
 
-void MotionMemory::drop_stale(std::int64_t interval_ns) {
+void MotionMemory::drop_stale() {
   const std::int64_t hold_ns = to_ns(config_.hold_s);
   std::array<std::int16_t, kMaxRegions> new_index{};
   std::size_t kept = 0;
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     MotionRegion region = regions_[r];
-    const std::uint32_t idle_frames = frame_ - region.last_moving_frame;
     if (region.moving) {
       region.idle.reset();
     } else {
-      region.idle.add_frame(interval_ns);
+      region.idle.add_frame(interval_ns_);
     }
     const bool confirmed = region.moving_frames >= config_.confirm_frames && region.votes >= kConfirmVotes;
     const bool alive = confirmed
                            ? !region.idle.exceeds(hold_ns) && (region.moving || region.features >= kMinHeldFeatures)
-                           : idle_frames <= kUnconfirmedGapFrames;
+                           : !region.idle.exceeds(kMaxUnconfirmedGap_ns);
     region.reported = confirmed && alive;
     new_index[r] = alive ? static_cast<std::int16_t>(kept) : std::int16_t{-1};
     if (alive) {

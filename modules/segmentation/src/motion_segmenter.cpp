@@ -113,7 +113,7 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
   look(input, motions);
   const DenseView dense{disparity_, ground_, history_};
   const TemporalTest test(geometry_, history_);
-  memory_.begin(input.features.first(motions.size()), mask_.inherited_regions(input.features));
+  memory_.begin(interval_ns, input.features.first(motions.size()), mask_.inherited_regions(input.features));
   const std::span<const MotionCluster> clusters =
       clusters_.find(input.features, motions, evidence_.ego_speed_mps(), dense, test, memory_.region_of_feature());
   memory_.update(input.features, motions, clusters, clusters_.cluster_of_feature(),
@@ -127,7 +127,7 @@ Result<DetectionFrame> MotionSegmenter::process(const SegmentationInput& input) 
       memory_.sustain(r);
     }
   }
-  memory_.conclude(interval_ns, input.features, motions);
+  memory_.conclude(input.features, motions);
   counters_.detections_dropped +=
       static_cast<std::uint64_t>(mask_.draw(input.features, motions, memory_, dense, test, blobs_.blob_of_cell()));
   counters_.detections += mask_.detections().size();

@@ -14,9 +14,9 @@ namespace {
 
 /// Least age of the compared image: people move by a few pixels, and the static scene hardly changes.
 constexpr float kLookBackS = 0.09F;
-/// Grey difference of a restless cell: a multiple of the median at rest, plus an offset.
-constexpr float kRestlessRatio = 2.F;
-constexpr float kRestlessGrey = 1.F;
+/// Grey difference of a changed cell: a multiple of the median at rest, plus an offset.
+constexpr float kChangedRatio = 2.F;
+constexpr float kChangedGrey = 1.F;
 /// Least number of cells of a blob; largest number used for its velocity.
 constexpr std::size_t kMinCells = 6;
 constexpr std::size_t kMaxAsked = 64;
@@ -35,10 +35,10 @@ constexpr float kWalkMps = 3.F;
 constexpr float kGaitMps = 0.5F;
 /// Standard deviation of the vertical velocity on the ground.
 constexpr float kClimbMps = 0.1F;
-/// Least area of restless cells, square metres, and the largest speed of an object without features.
+/// Least area of changed cells, square metres, and the largest speed of an object without features.
 constexpr float kMinAreaM2 = 0.15F;
 constexpr float kMaxBlobMps = 4.F;
-/// A blob of this area that has been restless for this time is certain, whatever its velocity, since a person swings
+/// A blob of this area whose cells have changed for this time is certain, whatever its velocity, since a person swings
 /// arms and legs; static parts with mismatches are small, short-lived, or fit no velocity.
 constexpr float kSureAreaM2 = 0.3F;
 constexpr float kSureS = 0.5F;
@@ -67,7 +67,7 @@ MovingBlobs::MovingBlobs(const MotionConfig& config, const StereoGeometry& geome
     disparity = take_image<float>(arena, width, height);
   }
   residual_ = take_image<float>(arena, width, height);
-  restless_ = take_image<float>(arena, width, height);
+  changed_ = take_image<float>(arena, width, height);
   owner_ = take_image<std::int16_t>(arena, width, height);
   owner_before_ = take_image<std::int16_t>(arena, width, height);
   cells_ = FixedVector<Cell>(arena, cells);
@@ -102,12 +102,12 @@ std::span<const MovingBlob> MovingBlobs::find(const DenseView& dense, const Temp
   }
   elapsed_s_ = test.elapsed_s(lag_);
   interval_s_ = test.elapsed_s(1);
-  find_restless(dense, test);
+  find_changed(dense, test);
   const Eigen::Vector3f down = T_world_cam.rotation.cast<float>() * dense.ground.normal();
   const Eigen::Vector3f across = T_world_cam.rotation.col(0).cast<float>();
   for (int cy = 0; cy < owner_.height; ++cy) {
     for (int cx = 0; cx < owner_.width; ++cx) {
-      if (restless_.row(cy)[cx] < 0.F) {
+      if (changed_.row(cy)[cx] < 0.F) {
         continue;
       }
       collect(cx, cy);
@@ -132,7 +132,7 @@ std::span<const MovingBlob> MovingBlobs::find(const DenseView& dense, const Temp
   return blobs_.span();
 }
 
-void MovingBlobs::find_restless(const DenseView& dense, const TemporalTest& test) {
+void MovingBlobs::find_changed(const DenseView& dense, const TemporalTest& test) {
   const ImageView<const float> disparity = dense.disparity.disparity_px();
   const float sigma = dense.disparity.sigma_px();
   const auto least = static_cast<float>(config_.min_disparity_px);
@@ -149,18 +149,18 @@ void MovingBlobs::find_restless(const DenseView& dense, const TemporalTest& test
     }
   }
   noise_ = n > 0 ? median(scratch_.first(n)) : 0.F;
-  const float limit = kRestlessRatio * noise_ + kRestlessGrey;
+  const float limit = kChangedRatio * noise_ + kChangedGrey;
   for (int cy = 0; cy < disparity.height; ++cy) {
     for (int cx = 0; cx < disparity.width; ++cx) {
       const float d = disparity.row(cy)[cx];
-      restless_.row(cy)[cx] = -1.F;
+      changed_.row(cy)[cx] = -1.F;
       if (residual_.row(cy)[cx] < 0.F) {
         continue;
       }
       if (residual_.row(cy)[cx] <= limit || stands_elsewhere(dense, test, cx, cy, limit)) {
         owner_.row(cy)[cx] = kStandsStill;
       } else if (!was_hidden(test, cx, cy, d)) {
-        restless_.row(cy)[cx] = d;
+        changed_.row(cy)[cx] = d;
       }
     }
   }
@@ -212,13 +212,13 @@ bool MovingBlobs::was_hidden(const TemporalTest& test, int cx, int cy, float dis
   return false;
 }
 
-// cells_ <- the blob around a restless cell; clears its cells from restless_.
+// cells_ <- the blob around a changed cell; clears its cells from changed_.
 void MovingBlobs::collect(int cx, int cy) {
   const auto fb = static_cast<float>(geometry_.fx_px * geometry_.baseline_m);
   const float noise = 0.6F * static_cast<float>(matching_step(geometry_.width_px));
   cells_.clear();
   const auto take = [&](int x, int y) {
-    float& d = restless_.row(y)[x];
+    float& d = changed_.row(y)[x];
     (void)cells_.push_back({static_cast<std::int16_t>(x), static_cast<std::int16_t>(y), d});  // room for all cells
     d = -1.F;
   };
@@ -228,7 +228,7 @@ void MovingBlobs::collect(int cx, int cy) {
     const float step = from.disparity_px * from.disparity_px * kStepDepthM / fb + noise;
     for (int y = std::max(0, from.y - kBridgeCells); y <= std::min(owner_.height - 1, from.y + kBridgeCells); ++y) {
       for (int x = std::max(0, from.x - kBridgeCells); x <= std::min(owner_.width - 1, from.x + kBridgeCells); ++x) {
-        const float d = restless_.row(y)[x];
+        const float d = changed_.row(y)[x];
         if (d > 0.F && std::abs(d - from.disparity_px) <= step) {
           take(x, y);
         }

@@ -100,7 +100,7 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
     if (memory.regions()[r].reported && describe(r, known, memory, dense, test, candidate)) {
       weigh_cells(candidate, known, motions, memory, r, dense, test);
       diffuse(candidate, dense);
-      claim(candidate, candidates_.size());
+      assign_cells(candidate, candidates_.size());
       (void)candidates_.push_back(candidate);  // as many places as regions
     }
   }
@@ -343,8 +343,8 @@ void RegionMask::diffuse(const Candidate& candidate, const DenseView& dense) {
   }
 }
 
-// Takes cells with positive evidence that are connected to a member or to the previous mask.
-void RegionMask::claim(const Candidate& candidate, std::size_t index) {
+// Assigns cells with positive evidence that are connected to a member or to the previous mask.
+void RegionMask::assign_cells(const Candidate& candidate, std::size_t index) {
   const PixelBox& box = candidate.cells;
   std::size_t top = 0;
   const auto offer = [&](int cx, int cy) {

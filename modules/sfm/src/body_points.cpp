@@ -14,7 +14,7 @@ namespace {
 
 // Disagreements in a row after which a feature's point is dropped. The point may be wrong, from one mismatch, so its
 // feature starts once more; after one more disagreement it is not used again.
-constexpr int kDoubtAfter = 2;
+constexpr int kMaxDisagreements = 2;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ BundleObservation BodyReconstruction::observation_of(const Feature& feature) con
 }
 
 bool BodyReconstruction::is_suspect(const Feature& feature) const {
-  return disagreeing_id_[feature.slot] == feature.id && disagreements_[feature.slot] > kDoubtAfter;
+  return disagreeing_id_[feature.slot] == feature.id && disagreements_[feature.slot] > kMaxDisagreements;
 }
 
 bool BodyReconstruction::classify_point(const Feature& feature) {
@@ -71,7 +71,7 @@ bool BodyReconstruction::classify_point(const Feature& feature) {
   if (disagrees && disagreements_[slot] >= config_.reject_after_frames) {
     static_cast<void>(rejected_.push_back(feature.slot));
   }
-  if (row != PointMap::kNone && disagreements_[slot] >= kDoubtAfter) {
+  if (row != PointMap::kNone && disagreements_[slot] >= kMaxDisagreements) {
     retire(row);
     map_.remove(row);
     ++counters_.points_culled;
@@ -144,7 +144,7 @@ void BodyReconstruction::position_new_points() {
       state.positioned = true;
       map_.point(row).position_m = *position;
       ++counters_.points_created;
-    } else if (std::popcount(state.seen) > kDoubtAfter) {
+    } else if (std::popcount(state.seen) > kMaxDisagreements) {
       // Older observations are of another point; restart from this frame.
       state.seen = bit(newest_column());
       state.observed = state.seen;

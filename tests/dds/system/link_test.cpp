@@ -39,7 +39,7 @@ class DdsLink : public ::testing::Test {
   }
 };
 
-TEST_F(DdsLink, AStoppedReaderHoldsNobodyUpAndGoesOnLater) {
+TEST_F(DdsLink, AStoppedReaderBlocksNoOtherAndContinuesLater) {
   const Process scene(scene_command());
   const Process stopped(local_fast_reader_command());
   const Process other(local_fast_reader_command());

@@ -124,12 +124,12 @@ class DdsSecuredMasks : public DdsSecuredPrograms {
 
 TEST_F(DdsSecuredMasks, ComeFromASegmenter) {
   const Process segmenter(sender(settings("segmenter")));
-  EXPECT_THAT(run_with_masks(), AllOf(HasSubstr("\"mask_frames_taken\": 6"), Not(HasSubstr("nobody sends masks"))));
+  EXPECT_THAT(run_with_masks(), AllOf(HasSubstr("\"mask_frames_taken\": 6"), Not(HasSubstr("no process sends masks"))));
 }
 
 TEST_F(DdsSecuredMasks, AreNotTakenFromStrangers) {
   const Process foreign(sender(foreign_settings("segmenter")));
-  EXPECT_THAT(run_with_masks(), AllOf(HasSubstr("nobody sends masks"), HasSubstr("\"mask_frames_taken\": 0")));
+  EXPECT_THAT(run_with_masks(), AllOf(HasSubstr("no process sends masks"), HasSubstr("\"mask_frames_taken\": 0")));
 }
 
 TEST_F(DdsSecuredMasks, AViewerMaySendNone) {

@@ -50,7 +50,7 @@ TEST_F(DdsSecurity, OnlyAnAuthorisedReaderGetsAnything) {
   }
 }
 
-TEST_F(DdsSecurity, AnUnsecuredPublisherIsNotBelieved) {
+TEST_F(DdsSecurity, AnUnsecuredPublisherIsRejected) {
   const Process scene(scene_command());
   const Process unsecured(local_fast_reader_command());
   const Process viewer(reader_with(enclave(keys_, "viewer")));

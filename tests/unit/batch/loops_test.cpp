@@ -186,7 +186,7 @@ class PlaceMatcherTest : public ::testing::Test {
   }
 
   /// `walls`: the wall of each frame.
-  Result<std::optional<Loop>> match(const std::vector<const SlantedWall*>& walls, const std::vector<Se3>& believed) {
+  Result<std::optional<Loop>> match(const std::vector<const SlantedWall*>& walls, const std::vector<Se3>& poses) {
     const auto read = [&](std::int64_t frame) -> Result<RectifiedPair> {
       const auto k = static_cast<std::size_t>(frame);
       const Se3 right = path_[k] * Se3{Eigen::Matrix3d::Identity(), {kGeometry.baseline_m, 0.0, 0.0}};
@@ -195,7 +195,7 @@ class PlaceMatcherTest : public ::testing::Test {
       return RectifiedPair{frame, 0, {}, view(left_), view(right_), kGeometry};
     };
     const std::vector<std::size_t> candidates{0};
-    return PlaceMatcher(run_, believed, read, kOptions).match(keyframes_, 1, candidates);
+    return PlaceMatcher(run_, poses, read, kOptions).match(keyframes_, 1, candidates);
   }
   static GrayView view(const cv::Mat& image) {
     return {image.data, image.cols, image.rows, static_cast<int>(image.step)};
@@ -226,7 +226,7 @@ TEST_F(PlaceMatcherTest, FindsNothingWhereAnotherPlaceIsSeen) {
   EXPECT_FALSE(*loop);
 }
 
-TEST_F(PlaceMatcherTest, BelievesNothingThatThePathContradicts) {
+TEST_F(PlaceMatcherTest, RejectsLoopsThatThePathContradicts) {
   const SlantedWall wall(7);
   std::vector<Se3> far_away = path_;
   far_away[1].translation.x() += 3.0;

@@ -42,7 +42,7 @@ class ObjectGaps : public ::testing::Test {
   RefinedObject object_;
 };
 
-TEST_F(ObjectGaps, AreFilledWhereItWentOnAsBefore) {
+TEST_F(ObjectGaps, AreFilledWhereTheMotionContinues) {
   drive(0.0);
   for (std::size_t k = kGapBegin; k < kGapEnd; ++k) {
     const recording::ObjectRow& row = object_.frames.at(k).row;

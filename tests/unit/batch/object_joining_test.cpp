@@ -49,10 +49,10 @@ std::map<std::uint32_t, RefinedObject> objects_of(std::initializer_list<Drive> d
   return objects;
 }
 
-TEST(JoinTracks, GoesOnAsTheTrackThatWouldBeThere) {
+TEST(JoinTracks, JoinsTheTrackAtThePredictedPlace) {
   auto objects = objects_of({{.track_id = 1, .last = 10}, {.track_id = 2, .first = 25, .last = 40}});
-  const auto goes_on_as = join_tracks(objects);
-  ASSERT_EQ(goes_on_as, (std::map<std::uint32_t, std::uint32_t>{{2, 1}}));
+  const auto joined_into = join_tracks(objects);
+  ASSERT_EQ(joined_into, (std::map<std::uint32_t, std::uint32_t>{{2, 1}}));
   ASSERT_EQ(objects.size(), 1U);
   EXPECT_EQ(objects.at(1).frames.rbegin()->first, 40U);
   EXPECT_EQ(objects.at(1).frames.at(40).row.track_id, 1U);

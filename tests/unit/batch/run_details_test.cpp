@@ -13,7 +13,6 @@ namespace kinetrace::batch {
 namespace {
 
 namespace fs = std::filesystem;
-using recording::SyntheticRun;
 
 constexpr int kFrames = 6;
 

@@ -100,6 +100,7 @@ TEST_F(RunRefinement, FindsAnObjectsPath) {
   const auto histories = object_histories(run);
   ASSERT_TRUE(histories) << histories.error().message;
   std::vector<Se3> T_world_cam;
+  T_world_cam.reserve(kFrames);
   for (int k = 0; k < kFrames; ++k) {
     T_world_cam.push_back(SyntheticRun::T_world_cam(k));
   }
@@ -176,6 +177,7 @@ TEST_F(RunRefinement, DoesNotTakeForRestWhatTheRunHadNotYetSeenToMove) {
     object.moving = row >= 15;
   }
   std::vector<Se3> T_world_cam;
+  T_world_cam.reserve(kFrames);
   for (int k = 0; k < kFrames; ++k) {
     T_world_cam.push_back(SyntheticRun::T_world_cam(k));
   }

@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -69,6 +70,25 @@ TEST(Target, IsReadFromAFileOfKalibr) {
     ASSERT_FALSE(bad) << text;
     EXPECT_EQ(bad.error().code, ErrorCode::kBadFormat) << text;
     EXPECT_THAT(bad.error().message, HasSubstr(path));
+  }
+  for (const char* text : {"", "some words\n", "- 6\n"}) {
+    EXPECT_THAT(read(text).error().message, HasSubstr(path + ": is no target file; it says target_type"));
+  }
+}
+
+TEST(Target, RefusesAFileThatSaysAThingTwice) {
+  const kinetrace::test::TempFolder folder;
+  const std::string path = folder.file("target.yaml");
+  const std::string grid = "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.088\ntagSpacing: 0.3\n";
+  for (const auto& [more, culprit] :
+       {std::pair("tagSize: 0.044\n", "line 6: \"tagSize\" is already given in line 4; keep one"),
+        std::pair("---\ntagSize: 0.044\n", "line 6: a second document begins here"),
+        std::pair("borderBits: 3\n", "borderBits is 3; a tag's border has 1 or 2")}) {
+    std::ofstream(path) << grid << more;
+    const auto target = parse_target(path);
+    ASSERT_FALSE(target) << more;
+    EXPECT_EQ(target.error().code, ErrorCode::kBadFormat);
+    EXPECT_THAT(target.error().message, HasSubstr(path + ": " + culprit));
   }
 }
 

@@ -38,7 +38,9 @@ TEST(Unreachable, TellsWhatIsMissingFromWhatIsBarred) {
   EXPECT_EQ(unreachable("/dev/null", "no such file").error().message, "/dev/null: is a device; no such file");
   const Error barred = unreachable(folder.path() / "loop" / "b", "no such run").error();
   EXPECT_EQ(barred.code, ErrorCode::kIo);
-  EXPECT_THAT(barred.message, HasSubstr("loop/b: cannot be reached (Too many levels of symbolic links)"));
+  EXPECT_THAT(barred.message, HasSubstr("loop/b: cannot be reached (Too many levels of symbolic links); check where"));
+  const Error large = unreachable(folder.path() / std::string(300, 'x'), "no such run").error();
+  EXPECT_THAT(large.message, HasSubstr("x: cannot be reached (File name too long); shorten it"));
 }
 
 TEST(CheckFolder, RefusesWhatCannotBeListed) {
@@ -166,7 +168,7 @@ TEST(ReplaceFile, LetsTwoProcessesReplaceTheSameFile) {
   EXPECT_EQ(text_of(file), std::string(10'000, text_of(file).front()));
 }
 
-TEST(ReplaceFile, WaitsForNobodyToReadAPipe) {
+TEST(ReplaceFile, DoesNotWaitForAReaderOfAPipe) {
   const test::TempFolder folder;
   const std::string pipe = folder.file("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);

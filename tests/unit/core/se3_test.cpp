@@ -119,7 +119,7 @@ TEST(Se3, CovarianceOfTheInverseFollowsTheAdjoint) {
   }
 }
 
-TEST(Se3, InterpolateMeetsBothEndsAndGoesOnBeyond) {
+TEST(Se3, InterpolateMeetsBothEndsAndExtrapolates) {
   Random random;
   const Se3 a = random.pose();
   const Se3 step{so3_exp({0.0, 0.2, 0.1}), {1.0, 0.0, 2.0}};

@@ -49,7 +49,7 @@ TEST(Workers, PiecesAreAtMostAsLargeAsAskedFor) {
   EXPECT_EQ(largest, 16U);
 }
 
-TEST(Workers, NobodyIsCalledForASinglePiece) {
+TEST(Workers, NoHelperIsCalledForASinglePiece) {
   InTurn two(2);
   EXPECT_EQ(times_worked_on(&two, 8, 8), std::vector<int>(8, 1));
   EXPECT_EQ(two.rounds, 0);

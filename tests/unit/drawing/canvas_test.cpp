@@ -156,7 +156,7 @@ TEST(Canvas, TextBeyondAsciiAndControlCharactersIsHarmless) {
 TEST(Canvas, ShortenedTextFits) {
   const TextStyle style;
   EXPECT_EQ(shortened("short", 500.0, style), "short");
-  const std::string cut = shortened("a rather long sentence that goes on", 100.0, style);
+  const std::string cut = shortened("a rather long sentence that continues", 100.0, style);
   EXPECT_LE(text_width(cut, style), 100.0);
   EXPECT_TRUE(cut.ends_with(".."));
   EXPECT_GT(cut.size(), 5U);

@@ -189,7 +189,7 @@ TEST_F(TruthReader, RefusesASimulatorsFolderWhosePartsDoNotFit) {
   EXPECT_THAT(folder_error(kIdentity, row + row), HasSubstr("objects.csv, line 3: frame 0 has object 3 twice"));
   EXPECT_THAT(folder_error(kIdentity, row.substr(0, row.size() - 1)), HasSubstr("the last row is cut off"));
   EXPECT_THAT(folder_error(kIdentity, row + "1" + row.substr(1)),
-              HasSubstr("camera_poses.txt: has 1 rows, objects.csv goes on until frame 1"));
+              HasSubstr("camera_poses.txt: has 1 rows, objects.csv continues until frame 1"));
   write("sim/masks/instances_left/0000000000.png", "");
   EXPECT_THAT(folder_error(std::string(kIdentity) + kIdentity, row), HasSubstr("has 2 rows"));
   write("sim/masks/instances_left/0000000001.png", "");

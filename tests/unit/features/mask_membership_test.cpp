@@ -109,7 +109,7 @@ TEST(OwnPixels, AreTheWholePatchWhereFewerThanAQuarterAreLeft) {
   EXPECT_TRUE(own_pixels(Masks(kOther).view(), {70.5F, 20.F}, kOwn).whole) << "none";
 }
 
-TEST(OwnPixels, GoOnBeyondTheImageAsAtItsBorder) {
+TEST(OwnPixels, ContinueBeyondTheImageAsAtItsBorder) {
   const Masks masks(kOther);
   for (const float y : {0.F, 3.F, static_cast<float>(kHeight) - 1.F}) {
     EXPECT_TRUE(own_pixels(masks.view(), {2.5F, y}, kBackgroundLabel).whole) << y;

@@ -107,13 +107,13 @@ TEST(RigAdjustment, RowsFarOffAreFoundWhereTheCalibrationMayBeWrong) {
   Scene scene = textured(texture);
   scene.row_offset_px = 6.0;
   Adjusted trusting(scene);
-  Adjusted doubting(scene);
+  Adjusted uncertain(scene);
   for (int i = 0; i < 3; ++i) {
     static_cast<void>(trusting.process({}));
-    static_cast<void>(doubting.process({.correction = {}, .may_be_off = true}));
+    static_cast<void>(uncertain.process({.correction = {}, .may_be_off = true}));
   }
   EXPECT_LT(share_matched(trusting.process({})), 0.3);
-  EXPECT_GT(share_matched(doubting.process({.correction = {}, .may_be_off = true})), 0.7);
+  EXPECT_GT(share_matched(uncertain.process({.correction = {}, .may_be_off = true})), 0.7);
 }
 
 TEST(RigAdjustment, WhereMatchesLieNearTheLimitOthersAreLookedForBeyondIt) {
@@ -121,13 +121,13 @@ TEST(RigAdjustment, WhereMatchesLieNearTheLimitOthersAreLookedForBeyondIt) {
   Scene scene = textured(texture);
   scene.row_offset_px = 2.95;  // Half of the matches lie beyond the limit of 3 px.
   Adjusted trusting(scene);
-  Adjusted doubting(scene);
+  Adjusted uncertain(scene);
   for (int i = 0; i < 3; ++i) {
     static_cast<void>(trusting.process({}));
-    static_cast<void>(doubting.process({.correction = {}, .may_be_off = true}));
+    static_cast<void>(uncertain.process({.correction = {}, .may_be_off = true}));
   }
   EXPECT_LT(share_matched(trusting.process({})), 0.7);
-  EXPECT_GT(share_matched(doubting.process({.correction = {}, .may_be_off = true})), 0.8);
+  EXPECT_GT(share_matched(uncertain.process({.correction = {}, .may_be_off = true})), 0.8);
 }
 
 TEST(RigAdjustment, WhatWasMeasuredFollowsARevision) {

@@ -96,7 +96,7 @@ TEST_F(References, NmeaHasTheDateOfRmcAndTheHeightAboveTheEllipsoid) {
   EXPECT_TRUE(reference->notes.empty());
 }
 
-TEST_F(References, NmeaGoesOnPastMidnight) {
+TEST_F(References, NmeaContinuesPastMidnight) {
   const auto reference = read_nmea(rmc("235959.00", "311211") + gga("235959.00") + gga("000000.00") +
                                    rmc("000000.00", "010112") + gga("000001.00"));
   ASSERT_TRUE(reference);

@@ -62,6 +62,9 @@ Bytes encode_jpeg_gray(int width, int height, const Bytes& pixels) {
 Bytes encode_jpeg_rgb(int width, int height, const Bytes& pixels) {
   return encode_jpeg(width, height, pixels, TJPF_RGB, TJSAMP_444);
 }
+Bytes encode_jpeg_cmyk(int width, int height, const Bytes& pixels) {
+  return encode_jpeg(width, height, pixels, TJPF_CMYK, TJSAMP_444);
+}
 
 void write_file(const std::string& path, const Bytes& bytes) {
   std::ofstream(path, std::ios::binary)

@@ -20,6 +20,7 @@ struct PngKind {
 [[nodiscard]] Bytes encode_png(const PngKind& kind, int width, int height, const Bytes& pixels);
 [[nodiscard]] Bytes encode_jpeg_gray(int width, int height, const Bytes& pixels);
 [[nodiscard]] Bytes encode_jpeg_rgb(int width, int height, const Bytes& pixels);
+[[nodiscard]] Bytes encode_jpeg_cmyk(int width, int height, const Bytes& pixels);
 void write_file(const std::string& path, const Bytes& bytes);
 
 }  // namespace kinetrace::imaging::test

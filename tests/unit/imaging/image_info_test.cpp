@@ -36,7 +36,7 @@ class ReadImageInfo : public ::testing::Test {
 };
 
 TEST_F(ReadImageInfo, TellsPngPgmAndJpegByContent) {
-  const Result<ImageInfo> png = info_of(test::encode_png({2, 16, false}, 5, 3, Bytes(5 * 3 * 6)));
+  const Result<ImageInfo> png = info_of(test::encode_png({2, 16, false}, 5, 3, Bytes(std::size_t{5} * 3 * 6)));
   ASSERT_TRUE(png);
   EXPECT_EQ(png->format, ImageFormat::kPng);
   EXPECT_EQ(png->width, 5);
@@ -44,7 +44,7 @@ TEST_F(ReadImageInfo, TellsPngPgmAndJpegByContent) {
   EXPECT_EQ(png->channels, 3);
   EXPECT_EQ(png->bit_depth, 16);
 
-  const Result<ImageInfo> jpeg = info_of(test::encode_jpeg_rgb(20, 10, Bytes(20 * 10 * 3)));
+  const Result<ImageInfo> jpeg = info_of(test::encode_jpeg_rgb(20, 10, Bytes(std::size_t{20} * 10 * 3)));
   ASSERT_TRUE(jpeg);
   EXPECT_EQ(jpeg->format, ImageFormat::kJpeg);
   EXPECT_EQ(jpeg->width, 20);
@@ -105,19 +105,19 @@ TEST_F(ReadImageInfo, RejectsMorePixelsThanTheFileCanHold) {
   expect_error(png, ErrorCode::kBadFormat, "claims 4100x4100 pixels, which its few bytes cannot hold");
   expect_error(text_bytes("P5\n9999 9999\n255\n"), ErrorCode::kBadFormat, "few bytes");
   // The highest compression of deflate and JPEG, for a uniform image, stays within the limit.
-  EXPECT_TRUE(info_of(test::encode_png({0, 1, false}, 2048, 2048, Bytes(2048 * 2048 / 8))));
-  EXPECT_TRUE(info_of(test::encode_png({0, 16, false}, 512, 512, Bytes(512 * 512 * 2))));
-  EXPECT_TRUE(info_of(test::encode_jpeg_gray(2048, 2048, Bytes(2048 * 2048))));
-  EXPECT_TRUE(info_of(test::encode_jpeg_rgb(2048, 2048, Bytes(2048 * 2048 * 3))));
+  EXPECT_TRUE(info_of(test::encode_png({0, 1, false}, 2048, 2048, Bytes(std::size_t{2048} * 2048 / 8))));
+  EXPECT_TRUE(info_of(test::encode_png({0, 16, false}, 512, 512, Bytes(std::size_t{512} * 512 * 2))));
+  EXPECT_TRUE(info_of(test::encode_jpeg_gray(2048, 2048, Bytes(std::size_t{2048} * 2048))));
+  EXPECT_TRUE(info_of(test::encode_jpeg_rgb(2048, 2048, Bytes(std::size_t{2048} * 2048 * 3))));
 }
 
 TEST_F(ReadImageInfo, TellsAPngOfOneKindFromOthers) {
-  test::write_file(path_, test::encode_png({2, 8, false}, 5, 3, Bytes(5 * 3 * 3)));
+  test::write_file(path_, test::encode_png({2, 8, false}, 5, 3, Bytes(std::size_t{5} * 3 * 3)));
   EXPECT_TRUE(is_png(path_.c_str(), 3, 8));
   EXPECT_FALSE(is_png(path_.c_str(), 1, 8));
   EXPECT_FALSE(is_png(path_.c_str(), 3, 16));
   EXPECT_TRUE(is_drawn_picture(path_));
-  test::write_file(path_, test::encode_jpeg_rgb(8, 8, Bytes(8 * 8 * 3)));
+  test::write_file(path_, test::encode_jpeg_rgb(8, 8, Bytes(std::size_t{8} * 8 * 3)));
   EXPECT_FALSE(is_png(path_.c_str(), 3, 8));
   test::write_file(path_, text_bytes("notes"));
   EXPECT_FALSE(is_png(path_.c_str(), 3, 8));

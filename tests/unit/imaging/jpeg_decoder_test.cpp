@@ -71,6 +71,13 @@ TEST_F(JpegDecoding, WhatIsCutIsDamagedAndNamed) {
   }
 }
 
+TEST_F(JpegDecoding, ColoursOfPrintingAreNoDamage) {
+  const Status decoded = decode(test::encode_jpeg_cmyk(kWidth, kHeight, Bytes(4 * kWidth * kHeight, 90)));
+  ASSERT_FALSE(decoded);
+  EXPECT_EQ(decoded.error().code, ErrorCode::kBadFormat);
+  EXPECT_EQ(decoded.error().message, "camera: is a JPEG in CMYK, the colours of printing; convert it to RGB");
+}
+
 TEST_F(JpegDecoding, AnotherSizeIsRefusedAndBothArePrinted) {
   const Status decoded = decode(test::encode_jpeg_gray(kWidth + 8, kHeight, Bytes((kWidth + 8) * kHeight)));
   ASSERT_FALSE(decoded);

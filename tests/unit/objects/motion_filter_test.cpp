@@ -61,7 +61,7 @@ Eigen::Matrix3d position_covariance(const MotionFilter& filter) {
   return filter.pose_covariance().bottomRightCorner<3, 3>();
 }
 
-TEST(MotionFilter, AVelocityIsBelievedAsFarAsItIsKnown) {
+TEST(MotionFilter, AVelocityIsWeightedByItsCovariance) {
   MotionStart start = moving_at({0.0, 1.0, 60.0}, {0.0, 0.0, -90.0});
   start.velocity_covariance = 2500.0 * Eigen::Matrix3d::Identity();
   EXPECT_LT(started(start).velocity_mps().norm(), 20.0) << "a path of a few frames, far away";
@@ -94,7 +94,8 @@ TEST(MotionFilter, ABearingCorrectsWhatGoesAcrossTheViewAndLeavesDepth) {
     filter.predict(i * kFrame_ns);
     filter.update(Bearing{.uv_px = see({}, position).head<2>(), .center_sigma_m = 0.5, .part = {}}, {});
   }
-  EXPECT_LT((filter.pose().translation - position).head<2>().norm(), 0.3) << "went on, it would be six metres off";
+  EXPECT_LT((filter.pose().translation - position).head<2>().norm(), 0.3)
+      << "at constant velocity it would be six metres off";
   EXPECT_LT(std::abs(filter.velocity_mps().x()), 1.0);
   EXPECT_NEAR(filter.pose().translation.z(), position.z(), 1.0);
 }
@@ -202,7 +203,7 @@ TEST(MotionFilter, CovarianceMatchesTheScatter) {
   EXPECT_NEAR(normalised, 1.0, 0.25);
 }
 
-TEST(MotionFilter, PredictsAtConstantVelocityWithGrowingDoubt) {
+TEST(MotionFilter, PredictsAtConstantVelocityWithGrowingCovariance) {
   MotionFilter filter = started(moving_at({0.0, 0.0, 20.0}, {1.0, 0.0, -2.0}));
   const UncertainPose foreseen = filter.predicted(5 * kFrame_ns);
   EXPECT_LT((foreseen.T_world_obj.translation - Eigen::Vector3d(0.5, 0.0, 19.0)).norm(), 1e-4);
@@ -215,7 +216,7 @@ TEST(MotionFilter, PredictsAtConstantVelocityWithGrowingDoubt) {
   EXPECT_EQ(filter.pose().translation, before.translation) << "time does not run back";
 }
 
-TEST(MotionFilter, DoubtGrowsByTimeWhateverTheRate) {
+TEST(MotionFilter, CovarianceGrowsByTimeAtAnyRate) {
   const auto sigma_after_a_second = [](int frames) {
     MotionFilter filter = started(moving_at({0.0, 0.0, 20.0}, {1.0, 0.0, -2.0}));
     for (int i = 1; i <= frames; ++i) {
@@ -226,7 +227,7 @@ TEST(MotionFilter, DoubtGrowsByTimeWhateverTheRate) {
   EXPECT_NEAR(sigma_after_a_second(30), sigma_after_a_second(10), 0.02 * sigma_after_a_second(10));
 }
 
-TEST(MotionFilter, ATurnGoesOnAndTakesTheVelocityAlong) {
+TEST(MotionFilter, ATurnContinuesAndRotatesTheVelocity) {
   MotionStart start = moving_at({0.0, 0.0, 20.0}, {5.0, 0.0, 0.0});
   start.velocity[1] = -0.5;
   MotionFilter filter = started(start);

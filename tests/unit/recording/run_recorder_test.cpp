@@ -50,6 +50,19 @@ TEST(RunRecorder, RefusesAnArenaThatIsTooSmallBeforeTouchingTheFolder) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "run"));
 }
 
+TEST(RunRecorder, AFolderThatHasGoneIsNotWrittenIntoForNothing) {
+  const TemporaryFolder folder;
+  RecorderFixture fixture(recording_config(folder.path() / "run"));
+  ASSERT_TRUE(fixture.recorder);
+  std::filesystem::remove_all(folder.path() / "run");
+  const Status finished = fixture.recorder->finish({});
+  ASSERT_FALSE(finished);
+  EXPECT_EQ(finished.error().code, ErrorCode::kIo);
+  EXPECT_EQ(finished.error().message,
+            (folder.path() / "run").string() +
+                ": has gone while the run was writing into it; its results are lost, run again");
+}
+
 TEST(RunRecorder, ARunWithoutFramesIsComplete) {
   const TemporaryFolder folder;
   RecorderFixture fixture(recording_config(folder.path()));

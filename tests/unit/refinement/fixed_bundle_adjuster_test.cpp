@@ -451,7 +451,7 @@ TEST(FixedBundleAdjuster, WhatIsExpectedOfATurnHoldsAnAttitudeThatPointsHardlyTe
   EXPECT_LT(angle_error_rad(options), 0.6 * alone_rad);
 }
 
-TEST(FixedBundleAdjuster, AnEvidentTurnIsBelievedAgainstTheExpectation) {
+TEST(FixedBundleAdjuster, ASignificantTurnOutweighsThePrior) {
   SceneOptions options;
   options.points = 60;
   options.track_frames = 10;

@@ -160,7 +160,7 @@ TEST(RigRefiner, AHeadThatTurnsShowsTheFocalLength) {
     EXPECT_EQ(drive.refiner().correction().focal, 0.0) << "the world would be stretched while it is mapped";
   }
   const RigEstimate& found = drive.refiner().estimate();
-  EXPECT_TRUE(found.judges_focal());
+  EXPECT_TRUE(found.is_focal_known());
   EXPECT_NEAR(found.correction.focal, 0.02, 3.0 * found.sigma_rad[RigCorrection::kFocal]);
   EXPECT_GT(found.known_focal, 0.01);
   EXPECT_EQ(found.verdict, RigVerdict::kOff);
@@ -171,7 +171,7 @@ TEST(RigRefiner, StraightAheadNothingIsSaidOfTheFocalLength) {
   for (int i = 0; i < 100; ++i) {
     drive.frame(turned(0.1, 0.2, 0.0, 0.0, 0.0, 0.0, 0.02), 0.7);
   }
-  EXPECT_FALSE(drive.refiner().estimate().judges_focal());
+  EXPECT_FALSE(drive.refiner().estimate().is_focal_known());
   EXPECT_EQ(drive.refiner().estimate().known_focal, 0.0);
   EXPECT_EQ(drive.refiner().estimate().verdict, RigVerdict::kCorrected);
 }

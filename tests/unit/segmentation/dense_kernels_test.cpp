@@ -46,7 +46,7 @@ struct Matches {
   std::array<std::vector<std::int16_t>, 3> pair_costs;
   std::vector<std::int16_t> best = std::vector<std::int16_t>(kStride);
   std::vector<std::int16_t> cost = std::vector<std::int16_t>(kStride);
-  std::vector<std::int16_t> rival = std::vector<std::int16_t>(kStride);
+  std::vector<std::int16_t> second_cost = std::vector<std::int16_t>(kStride);
   static constexpr int kLevels = 23;
   static constexpr int kOffset = -3;
   static constexpr std::size_t kStride = 128;
@@ -67,7 +67,7 @@ Matches match(const DenseKernels& kernels, GrayView left, GrayView right, int pi
     pairs[k] = m.pair_costs[k].data();
   }
   kernels.choose_levels(pairs.data(), m.cells, Matches::kLevels, static_cast<int>(Matches::kStride), m.costs.data(),
-                        m.best.data(), m.cost.data(), m.rival.data());
+                        m.best.data(), m.cost.data(), m.second_cost.data());
   return m;
 }
 
@@ -92,21 +92,21 @@ TEST_F(DenseKernelsTest, CostsAreSumsOfAbsoluteDifferences) {
   }
 }
 
-TEST_F(DenseKernelsTest, TheBestLevelHasTheLeastCostAndItsRivalIsNoNeighbour) {
+TEST_F(DenseKernelsTest, TheBestLevelHasTheLeastCostAndTheSecondIsNoNeighbour) {
   const Matches m = match(baseline_dense_kernels(), left_, right_, 2);
   for (int i = 0; i < m.cells; ++i) {
     int best = 0;
-    int rival = kNoCost;
+    int second_cost = kNoCost;
     for (int d = 1; d < Matches::kLevels; ++d) {
       best = m.at(d, i) < m.at(best, i) ? d : best;
     }
     for (int d = 0; d < Matches::kLevels; ++d) {
-      rival = std::abs(d - best) > 1 ? std::min<int>(rival, m.at(d, i)) : rival;
+      second_cost = std::abs(d - best) > 1 ? std::min<int>(second_cost, m.at(d, i)) : second_cost;
     }
     const auto k = static_cast<std::size_t>(i);
     EXPECT_EQ(m.best[k], best);
     EXPECT_EQ(m.cost[k], m.at(best, i));
-    EXPECT_EQ(m.rival[k], rival);
+    EXPECT_EQ(m.second_cost[k], second_cost);
   }
 }
 
@@ -119,7 +119,7 @@ TEST_F(DenseKernelsTest, BothInstructionSetsAgree) {
     const auto k = static_cast<std::size_t>(i);
     EXPECT_EQ(a.best[k], b.best[k]);
     EXPECT_EQ(a.cost[k], b.cost[k]);
-    EXPECT_EQ(a.rival[k], b.rival[k]);
+    EXPECT_EQ(a.second_cost[k], b.second_cost[k]);
     for (int d = 0; d < Matches::kLevels; ++d) {
       EXPECT_EQ(a.at(d, i), b.at(d, i));
     }

@@ -118,7 +118,7 @@ TEST_F(ExternalSegmenterTest, TheEarlierMaskLiesAboveTheLater) {
   EXPECT_EQ(frame.left_labels.at(3, 0), frame.left[1].label);
 }
 
-TEST_F(ExternalSegmenterTest, IgnoredRegionsAreNobodys) {
+TEST_F(ExternalSegmenterTest, IgnoredRegionsBelongToNoObject) {
   const std::vector<RunLengthMask> masks{rectangle({0, 0, 5, 5}, kIgnoreClass)};
   source_.masks.left = masks;
   const DetectionFrame frame = run(make());

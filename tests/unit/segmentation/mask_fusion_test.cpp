@@ -109,7 +109,7 @@ TEST_F(MaskFusionTest, WhatMovesIsFoundWithoutTheNetwork) {
   expect_consistent();
 }
 
-TEST_F(MaskFusionTest, ACandidateThatTheNetworkDoubtsIsNoObject) {
+TEST_F(MaskFusionTest, ACandidateOfALowScoreIsNoObject) {
   network_.add({10, 10, 30, 20}, kVehicleClass, kWeak);
   make();
   EXPECT_EQ(fuse(), 0);
@@ -117,7 +117,7 @@ TEST_F(MaskFusionTest, ACandidateThatTheNetworkDoubtsIsNoObject) {
   EXPECT_EQ(at(15, 15), kBackgroundLabel);
 }
 
-TEST_F(MaskFusionTest, ACandidateThatTheNetworkDoubtsIsOneWhereItMoves) {
+TEST_F(MaskFusionTest, ACandidateOfALowScoreIsAnObjectWhereItMoves) {
   network_.add({10, 10, 30, 20}, kPedestrianClass, kWeak);
   motion_.add({8, 8, 32, 20});
   make();

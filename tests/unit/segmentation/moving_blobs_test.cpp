@@ -116,7 +116,7 @@ TEST_F(MovingBlobsTest, NothingMovesInAPictureThatStaysTheSame) {
   EXPECT_GT(share(kPerson, [](std::int16_t owner) { return owner == MovingBlobs::kStandsStill; }), 0.7);
 }
 
-TEST_F(MovingBlobsTest, ItTakesMoreThanTwoFramesToBelieveIt) {
+TEST_F(MovingBlobsTest, ABlobIsConfirmedAfterMoreThanTwoFrames) {
   test::Board person = kPerson;
   for (int i = 0; i < 3; ++i) {
     person.x0 += 3.0;
@@ -156,7 +156,7 @@ TEST_F(MovingBlobsTest, NothingIsKnownAfterAReset) {
   }
 }
 
-TEST(MotionMemoryWithBlobs, AMovingBlobBeginsARegionThatLivesWhileTheBlobIsRestless) {
+TEST(MotionMemoryWithBlobs, AMovingBlobBeginsARegionThatLastsWhileItsCellsChange) {
   Arena arena(1U << 20U);
   MotionMemory memory(MotionConfig{}, 10, arena);
   std::vector<MovingBlob> blobs(1);
@@ -165,13 +165,13 @@ TEST(MotionMemoryWithBlobs, AMovingBlobBeginsARegionThatLivesWhileTheBlobIsRestl
   std::uint32_t id = 0;
   const auto frame = [&](bool seen, bool moving) {
     blobs[0].moving = moving;
-    memory.begin({}, {});
+    memory.begin(kInterval_ns, {}, {});
     memory.update({}, {}, {}, {}, {});
     memory.update_blobs(std::span(blobs).first(seen ? 1 : 0), std::span(&id, 1), {});
-    memory.conclude(kInterval_ns, {}, {});
+    memory.conclude({}, {});
     return memory.regions().size();
   };
-  EXPECT_EQ(frame(true, false), 0U) << "restless alone is no region";
+  EXPECT_EQ(frame(true, false), 0U) << "changed cells alone are no region";
   ASSERT_EQ(frame(true, true), 1U);
   EXPECT_TRUE(memory.regions()[0].reported);
   EXPECT_EQ(memory.region_of_blob()[0], 0);

@@ -128,7 +128,7 @@ TEST_F(MovingBoard, StandingStillIsNothing) {
   }
 }
 
-TEST_F(MovingBoard, GoesOnWithoutItsFeatures) {
+TEST_F(MovingBoard, ContinuesWithoutItsFeatures) {
   for (int i = 0; i < 8; ++i) {
     step(3.0);
   }

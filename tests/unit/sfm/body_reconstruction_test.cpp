@@ -85,7 +85,7 @@ TEST(BodyReconstruction, AFirstFrameWithoutFeaturesIsStillAFrame) {
   EXPECT_EQ(driver.step(world.observe({})).status, BodyStatus::kPropagated);
 }
 
-TEST(BodyReconstruction, FramesWithoutFeaturesGoOnAtTheLastSpeedAndBeginRecovers) {
+TEST(BodyReconstruction, FramesWithoutFeaturesKeepTheLastSpeedAndBeginRecovers) {
   SyntheticWorld world({});
   const BodyConfig config;
   BodyDriver driver{config};

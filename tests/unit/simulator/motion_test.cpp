@@ -28,7 +28,7 @@ TEST(GroundPath, RunsStraightFromTheFirstToTheLastPoint) {
   EXPECT_NEAR(heading_rad(path.pose_at(12.5)), -0.5 * std::numbers::pi, 1e-12);
 }
 
-TEST(GroundPath, GoesOnStraightBeyondItsEnds) {
+TEST(GroundPath, ContinuesStraightBeyondItsEnds) {
   const GroundPath path(Points{{0.0, 0.0}, {10.0, 0.0}});
   EXPECT_NEAR(path.pose_at(-3.0).translation.x(), -3.0, 1e-9);
   EXPECT_NEAR(path.pose_at(17.0).translation.x(), 17.0, 1e-9);

@@ -91,12 +91,12 @@ Image<std::uint8_t> copied(GrayView view) {
   return image;
 }
 
-TEST_F(Recording, OfCrookedLensesIsRectifiedByItsCalibration) {
+TEST_F(Recording, OfDistortedLensesIsRectifiedByItsCalibration) {
   SimulatorSettings settings = clean_settings();
   StereoSimulator straight = small_simulator("street", settings, 621);
   settings.distortion = true;
-  StereoSimulator crooked = small_simulator("street", settings, 621);
-  const fs::path drive = record(crooked);
+  StereoSimulator distorted = small_simulator("street", settings, 621);
+  const fs::path drive = record(distorted);
   EXPECT_TRUE(drive.filename().string().ends_with("_extract"));
   const Result<hal::Dataset> dataset = hal::open_dataset({hal::DatasetLayout::kKittiRaw, drive, "", {}, 0.0});
   ASSERT_TRUE(dataset) << dataset.error().message;
@@ -104,7 +104,7 @@ TEST_F(Recording, OfCrookedLensesIsRectifiedByItsCalibration) {
   Arena arena(hal::Rectifier::required_bytes(dataset->calibration, {}));
   Result<hal::Rectifier> rectifier = hal::Rectifier::create(dataset->calibration, {}, arena);
   ASSERT_TRUE(rectifier) << rectifier.error().message;
-  const SimulatedFrame raw = crooked.frame(1);
+  const SimulatedFrame raw = distorted.frame(1);
   const Result<RectifiedPair> pair =
       rectifier->process({1, raw.timestamp_ns, "", raw.pictures[0].view(), raw.pictures[1].view()});
   ASSERT_TRUE(pair) << pair.error().message;

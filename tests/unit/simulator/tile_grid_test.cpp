@@ -56,7 +56,7 @@ TEST(TileGrid, TellsTheNeighboursOfAChange) {
   }
 }
 
-TEST(TileGrid, AsksNobodyOutsideThePicture) {
+TEST(TileGrid, VisitsNoTileOutsideThePicture) {
   TileGrid grid;
   grid.clear();
   grid.set(slot_of(3, 3), 1);

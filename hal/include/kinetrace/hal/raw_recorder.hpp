@@ -36,8 +36,10 @@ struct KINETRACE_API RawRecorderConfig {
 class KINETRACE_API RawRecorder {
  public:
   [[nodiscard]] static std::size_t required_bytes(const RawRecorderConfig& config);
-  /// Errors: kInvalidConfig, kInvalidArgument (folder not empty), kUnsupported (calibration that the format cannot
-  /// hold), kIo, kCapacity.
+  /// What can be known before `create`, without changing anything. Errors: kInvalidConfig, kInvalidArgument (folder not
+  /// empty), kUnsupported (calibration that the format cannot hold), kIo.
+  [[nodiscard]] static Status check(const RawRecorderConfig& config);
+  /// Errors: those of `check`, kCapacity.
   [[nodiscard]] static Result<std::unique_ptr<RawRecorder>> create(const RawRecorderConfig& config, Arena& arena);
 
   RawRecorder() = default;

@@ -97,7 +97,7 @@ void Link::Impl::check_interface(std::int64_t now_ns) {
   }
   address = found;
   next_try_ns = now_ns;
-  disconnect(found ? "DDS goes on: interface " + config.interface + " has address " + found->ipv4
+  disconnect(found ? "DDS restarts: interface " + config.interface + " has address " + found->ipv4
                    : waits_for(config.interface));
 }
 

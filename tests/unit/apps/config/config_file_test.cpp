@@ -249,5 +249,26 @@ TEST(RenamedKeys, AreRefusedBesideTheNewNameAndWithAPartOfAFrame) {
               HasSubstr("must be a whole number, got \"2.5\"; it is called tracking.max_missed_s now, in seconds"));
 }
 
+struct Timeouts {
+  double stall_ms = 500.0;
+};
+
+template <typename Visitor>
+void visit_fields(Timeouts& timeouts, Visitor&& visit) {
+  visit("timeouts.stall_ms", timeouts.stall_ms, "...");
+}
+
+TEST(RenamedKeys, OfTheSameUnitKeepTheirValue) {
+  Timeouts timeouts;
+  ConfigNotes notes;
+  const Status read = read_config_text("camera.yaml", "patience:\n  stall_ms: 700\n", fields_of(timeouts), &notes);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(timeouts.stall_ms, 700.0);
+  EXPECT_EQ(notes, ConfigNotes{"patience.stall_ms is now timeouts.stall_ms"});
+  EXPECT_THAT(read_config_text("camera.yaml", "patience: {lost_ms: 700}\n", fields_of(timeouts)).error().message,
+              HasSubstr("patience.lost_ms"))
+      << "not a key of this file";
+}
+
 }  // namespace
 }  // namespace kinetrace::app

@@ -67,7 +67,7 @@ TEST_F(PublishingThreadTest, FinishingTwiceIsFinishingOnce) {
   thread->finish();
 }
 
-TEST_F(PublishingThreadTest, WhatReachesNobodyIsCountedAndReported) {
+TEST_F(PublishingThreadTest, FramesWithoutALinkAreCountedAndReported) {
   publishing::PublishConfig config;
   config.interface = "nothere0";
   const auto thread = start(config);

@@ -128,7 +128,7 @@ TEST_F(MaskMailboxTest, GivesUpAfterTheTimeout) {
   EXPECT_EQ(mailbox.counters().frames_unsent, 0U);
 }
 
-TEST_F(MaskMailboxTest, DoesNotWaitWhileNobodyIsThere) {
+TEST_F(MaskMailboxTest, DoesNotWaitWithoutASender) {
   MaskMailbox& mailbox = make(false, milliseconds(10'000));
   mailbox.set_senders(0);
   EXPECT_EQ(take(mailbox, 7), nullptr);

@@ -18,7 +18,7 @@
 namespace kinetrace::self_calibration {
 namespace {
 
-using test::crooked_rig;
+using test::distorted_rig;
 using test::DriveOptions;
 using test::Motion;
 using test::synthetic_drive;
@@ -61,7 +61,7 @@ RigModel poor_start() {
 }
 
 TEST(RigBundle, FindsLensesAndMountToTheirSigma) {
-  RigModel truth = crooked_rig();
+  RigModel truth = distorted_rig();
   Fit found = fit(poor_start(), synthetic_drive(truth, {}));
   const RigCovariance covariance = rig_covariance(found.rig, found.windows, found.options);
   EXPECT_NEAR(found.options.sigma_px, 0.05, 0.01);
@@ -73,7 +73,7 @@ TEST(RigBundle, FindsLensesAndMountToTheirSigma) {
 }
 
 TEST(RigBundle, LeavesOutWhatMovesByItself) {
-  RigModel truth = crooked_rig();
+  RigModel truth = distorted_rig();
   DriveOptions options;
   options.outlier_share = 0.15;
   const Fit found = fit(poor_start(), synthetic_drive(truth, options));
@@ -84,7 +84,7 @@ TEST(RigBundle, LeavesOutWhatMovesByItself) {
 }
 
 TEST(RigBundle, DoesNotMoveARigThatIsHeld) {
-  const RigModel truth = crooked_rig();
+  const RigModel truth = distorted_rig();
   RigModel rig = truth;
   std::vector<BundleWindow> windows = started(rig, synthetic_drive(truth, {}));
   BundleOptions options;
@@ -95,7 +95,7 @@ TEST(RigBundle, DoesNotMoveARigThatIsHeld) {
 }
 
 TEST(RigBundle, IsTheSameEveryTime) {
-  const std::vector<TrackWindow> tracks = synthetic_drive(crooked_rig(), {.windows = 2, .points = 60});
+  const std::vector<TrackWindow> tracks = synthetic_drive(distorted_rig(), {.windows = 2, .points = 60});
   const Fit first = fit(poor_start(), tracks);
   const Fit second = fit(poor_start(), tracks);
   EXPECT_EQ(first.rig.lens, second.rig.lens);
@@ -103,7 +103,7 @@ TEST(RigBundle, IsTheSameEveryTime) {
 }
 
 TEST(WindowStart, IsEmptyWhereTooLittleIsSeen) {
-  const RigModel truth = crooked_rig();
+  const RigModel truth = distorted_rig();
   const std::vector<TrackWindow> tracks = synthetic_drive(truth, {.windows = 1, .points = 8});
   EXPECT_FALSE(start_window(truth, tracks[0]));
 }
@@ -116,7 +116,7 @@ Findings findings(const Fit& found) {
 }
 
 TEST(SceneEvidence, OfADriveIsAccepted) {
-  const Findings seen = findings(fit(poor_start(), synthetic_drive(crooked_rig(), {})));
+  const Findings seen = findings(fit(poor_start(), synthetic_drive(distorted_rig(), {})));
   EXPECT_GT(seen.scene.parallax_px, 10.0);
   EXPECT_GT(seen.scene.depth_ratio, 3.0);
   EXPECT_LT(seen.scene.plane_share, 0.6);
@@ -124,7 +124,7 @@ TEST(SceneEvidence, OfADriveIsAccepted) {
 }
 
 TEST(SceneEvidence, OfATurnInPlaceIsRefused) {
-  const Findings seen = findings(fit(poor_start(), synthetic_drive(crooked_rig(), {.motion = Motion::kTurn})));
+  const Findings seen = findings(fit(poor_start(), synthetic_drive(distorted_rig(), {.motion = Motion::kTurn})));
   EXPECT_GT(seen.scene.travel_px, 10.0);
   EXPECT_LT(seen.scene.parallax_px, 4.0);
   ASSERT_FALSE(verdict(seen));
@@ -132,13 +132,13 @@ TEST(SceneEvidence, OfATurnInPlaceIsRefused) {
 }
 
 TEST(SceneEvidence, OfACameraAtRestIsRefused) {
-  const Findings seen = findings(fit(crooked_rig(), synthetic_drive(crooked_rig(), {.motion = Motion::kRest})));
+  const Findings seen = findings(fit(distorted_rig(), synthetic_drive(distorted_rig(), {.motion = Motion::kRest})));
   ASSERT_FALSE(verdict(seen));
   EXPECT_THAT(verdict(seen).error().message, HasSubstr("at rest"));
 }
 
 TEST(SceneEvidence, OfAWallIsRefused) {
-  const Findings seen = findings(fit(crooked_rig(), synthetic_drive(crooked_rig(), {.world = World::kWall})));
+  const Findings seen = findings(fit(distorted_rig(), synthetic_drive(distorted_rig(), {.world = World::kWall})));
   EXPECT_GT(seen.scene.plane_share, 0.95);
   ASSERT_FALSE(verdict(seen));
   EXPECT_THAT(verdict(seen).error().message, HasSubstr("one plane"));

@@ -27,7 +27,7 @@ std::vector<PointPair> pairs_of(const RigModel& rig, std::size_t wrong) {
 }
 
 TEST(RoughRig, FitsThePairsAmongWrongOnes) {
-  const RigModel truth = test::crooked_rig();
+  const RigModel truth = test::distorted_rig();
   const std::vector<PointPair> right_pairs = pairs_of(truth, 0);
   const std::vector<PointPair> pairs = pairs_of(truth, right_pairs.size() / 4);
   const RoughRig rough = rough_rig(pairs, truth.size, truth.baseline_m, 512.0);
@@ -38,7 +38,7 @@ TEST(RoughRig, FitsThePairsAmongWrongOnes) {
 }
 
 TEST(RigModel, ProjectsAsItsCalibrationDoes) {
-  const RigModel rig = test::crooked_rig();
+  const RigModel rig = test::distorted_rig();
   const hal::RigCalibration calibration = to_calibration(rig);
   const Eigen::Vector3d p_left(0.7, -0.4, 2.0);
   Eigen::Vector2d pixel;
@@ -52,7 +52,7 @@ TEST(RigModel, ProjectsAsItsCalibrationDoes) {
 }
 
 TEST(RigModel, UnprojectsAndTriangulatesWhatItProjects) {
-  const RigModel rig = test::crooked_rig();
+  const RigModel rig = test::distorted_rig();
   const Eigen::Vector3d p_left(-1.3, 0.9, 3.0);
   const Eigen::Vector3d p_right = rig.T_right_left() * p_left;
   Eigen::Vector2d left_px;

@@ -85,7 +85,7 @@ class Drive {
 
 }  // namespace
 
-RigModel crooked_rig() {
+RigModel distorted_rig() {
   RigModel rig = plain_rig({640, 480}, 0.3, 420.0);
   rig.lens[0] = {std::log(420.0 / 640), -0.003, 0.008, -0.006, -0.19, 0.05, 0.001, -0.0006, -0.006};
   rig.lens[1] = {std::log(421.0 / 640), -0.002, -0.005, 0.007, -0.185, 0.048, -0.0007, 0.0009, -0.005};

@@ -23,7 +23,7 @@ struct DriveOptions {
 };
 
 /// Two lenses and a mount, all with small errors.
-[[nodiscard]] RigModel crooked_rig();
+[[nodiscard]] RigModel distorted_rig();
 
 /// The same tracks in every call.
 [[nodiscard]] std::vector<TrackWindow> synthetic_drive(const RigModel& rig, const DriveOptions& options);

@@ -66,7 +66,7 @@ TEST(SequenceUnwrapper, BeginsWhereTheDriverDoes) {
   EXPECT_EQ(SequenceUnwrapper().unwrap(kLast), kWrap - 1);
 }
 
-TEST(SequenceUnwrapper, GoesOnBeyond32BitsEveryTime) {
+TEST(SequenceUnwrapper, ContinuesBeyond32BitsEveryTime) {
   SequenceUnwrapper unwrapper;
   constexpr std::uint32_t kStep = 1U << 30U;
   std::int64_t expected = 0;

@@ -135,7 +135,7 @@ Error last_error(CaptureDevice& device) {
     }
     device.release(image->slot);
   }
-  return {ErrorCode::kInternal, "the stream goes on"};
+  return {ErrorCode::kInternal, "the stream continues"};
 }
 
 TEST(IsolatedBackend, ListsFromAnotherProcess) {

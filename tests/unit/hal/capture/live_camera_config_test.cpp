@@ -32,8 +32,8 @@ TEST(LiveCameraConfig, NamesTheKeyThatIsWrong) {
               HasSubstr("image.trigger"));
   EXPECT_THAT(refused([](auto& c) { c.left.buffers = 4; }), HasSubstr("image.buffers"));
   EXPECT_THAT(refused([](auto& c) { c.pair_tolerance_ms = 17.0; }), HasSubstr("pairing.tolerance_ms"));
-  EXPECT_THAT(refused([](auto& c) { c.stall_timeout_ms = 0.0; }), HasSubstr("patience.stall_ms"));
-  EXPECT_THAT(refused([](auto& c) { c.reopen_first_ms = 1e4; }), HasSubstr("patience.reopen_first_ms"));
+  EXPECT_THAT(refused([](auto& c) { c.stall_timeout_ms = 0.0; }), HasSubstr("timeouts.stall_ms"));
+  EXPECT_THAT(refused([](auto& c) { c.reopen_first_ms = 1e4; }), HasSubstr("timeouts.reopen_first_ms"));
   EXPECT_THAT(refused([](auto& c) {
                 c.right.reset();
                 c.left.width_px = 47;
@@ -61,7 +61,7 @@ TEST_F(LiveCamera, RefusesADeviceThatIsNotThere) {
   EXPECT_TRUE(camera_->open()) << "a failed open() leaves nothing behind";
 }
 
-TEST_F(LiveCamera, ARateThatNobodyReportedIsMeasuredAndMustBeTheOneAskedFor) {
+TEST_F(LiveCamera, AnUnreportedRateIsMeasuredAndMustBeTheRequestedOne) {
   for (FakeSensor* sensor : {&left_, &right_}) {
     sensor->tells_rate = false;
     sensor->script = [](Shot& shot) { shot.lost = shot.number % 5 == 0; };

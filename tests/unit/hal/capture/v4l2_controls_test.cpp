@@ -155,7 +155,7 @@ TEST(V4l2Trigger, WhatTheDriverDidNotSetIsAnErrorThatPrintsBoth) {
   }
 }
 
-TEST(V4l2Trigger, ADriverThatRefusesIsNotBelieved) {
+TEST(V4l2Trigger, ARefusalOfTheDriverIsAnError) {
   const Driver driver(Controls{{.refuses = EBUSY}});
   const Status failed = set(driver, TriggerMode::kExternal);
   ASSERT_FALSE(failed);

@@ -169,6 +169,16 @@ TEST_F(Folder, IsReadWithoutACalibrationWhereNoneIsNeeded) {
   EXPECT_EQ(dataset->calibration.source, "images without calibration");
 }
 
+TEST_F(Folder, HiddenFilesAreNoImages) {
+  add_images("left", "right");
+  add_text("left/._a_9.png", "of macOS");
+  add_text("right/.a_10.pgm", "hidden");
+  add_text("camchain.yaml", kalibr("radtan", "-0.5"));
+  const auto dataset = open();
+  ASSERT_TRUE(dataset) << dataset.error().message;
+  EXPECT_EQ(dataset->frames.size(), 2U);
+}
+
 TEST_F(Folder, SaysWhatItLookedFor) {
   expect_error(ErrorCode::kNotFound, "looked for left + right, image_0 + image_1, cam0 + cam1");
   add_images("left", "right");

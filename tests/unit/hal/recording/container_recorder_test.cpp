@@ -26,7 +26,7 @@ TEST_F(Raw, AContainerIsReadBackExactly) {
   expect_frames(dataset, kWithGap);
 }
 
-TEST_F(Raw, GoesOnInANewFileAtTheSegmentsSize) {
+TEST_F(Raw, ContinuesInANewFileAtTheSegmentsSize) {
   // 335 records of 48 x 32 pixels fit a mebibyte.
   std::vector<std::int64_t> indices(1000);
   std::iota(indices.begin(), indices.end(), 0);

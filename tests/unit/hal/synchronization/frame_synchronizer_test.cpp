@@ -249,7 +249,7 @@ TEST(FrameSynchronizer, DropsAFrameThatComesOutOfOrder) {
 TEST(FrameSynchronizer, HoldsNoMoreThanItSaysWhileOneCameraIsSilent) {
   const Outcome outcome = play(
       {.shots = 400, .lost = [](View view, int shot) { return view == View::kRight && shot >= 100 && shot < 300; }});
-  EXPECT_EQ(outcome.pairs.size(), 200U) << "pairs go on as soon as the silent view is back";
+  EXPECT_EQ(outcome.pairs.size(), 200U) << "pairs continue as soon as the silent view is back";
   EXPECT_EQ(outcome.wrong(), 0);
   EXPECT_EQ(outcome.dropped(View::kLeft), 200);
   EXPECT_EQ(outcome.dropped(View::kRight), 0);

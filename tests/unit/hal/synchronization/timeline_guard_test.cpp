@@ -17,7 +17,7 @@ TEST(TimelineGuard, LeavesTimesAloneThatFit) {
   EXPECT_FALSE(guard.correct(293 + 5 * kPeriod, 5 * kPeriod).jumped) << "a gap that the evidence knows of";
 }
 
-TEST(TimelineGuard, GoesOnByTheEvidenceWhenTheClockJumps) {
+TEST(TimelineGuard, ContinuesByTheEvidenceWhenTheClockJumps) {
   for (const std::int64_t jump : {std::int64_t{1'000'000}, std::int64_t{-1'000'000}, std::int64_t{51 + kPeriod}}) {
     TimelineGuard guard(kTolerance);
     static_cast<void>(guard.correct(0, 0));

@@ -64,6 +64,17 @@ TEST(ContentLines, LeaveOutCommentsAndBlanks) {
   EXPECT_TRUE(content_lines("").empty());
 }
 
+TEST(ReadText, LeavesOutTheByteOrderMark) {
+  const kinetrace::test::TempFolder folder;
+  const std::string path = folder.file("times.txt");
+  test::write_text(path,
+                   "\xEF\xBB\xBF"
+                   "1.5\r\n2.5\r\n");
+  const auto times = read_times_ns(path);
+  ASSERT_TRUE(times) << times.error().message;
+  EXPECT_EQ(times->front(), 1'500'000'000);
+}
+
 TEST(ParseNumbers, TakesBlanksAndCommas) {
   EXPECT_THAT(*parse_numbers(" 1, 2.5e1\t-3 "), ElementsAre(1.0, 25.0, -3.0));
   EXPECT_TRUE(parse_numbers("")->empty());

@@ -53,7 +53,7 @@ TEST(LogSink, ShowsNoMoreThanAllowedInAMinute) {
   EXPECT_EQ((*sink)->take(), "again");
 }
 
-TEST(LogSink, HoldsOnlySoManyLinesThatNobodyTakes) {
+TEST(LogSink, HoldsALimitedNumberOfUnreadLines) {
   auto sink = LogSink::create(1000);
   ASSERT_TRUE(sink);
   for (std::size_t i = 0; i < LogSink::kKept + 1; ++i) {

@@ -63,7 +63,7 @@ TEST_F(TrajectoryPiecesTest, AnEndRightAfterAFullPieceIsPublishedToo) {
   EXPECT_TRUE(last[0].finished);
 }
 
-TEST_F(TrajectoryPiecesTest, NobodyHearsOfTheEndOfWhatNeverWas) {
+TEST_F(TrajectoryPiecesTest, TheEndOfAnUnpublishedTrackIsNotPublished) {
   EXPECT_TRUE(add(9, true).empty());
 }
 

@@ -93,9 +93,9 @@ struct RigEstimate {
   std::uint64_t knocks = 0;   ///< Sudden changes found.
 
   /// True if focal lengths are known to half a percent. This takes turns of the camera about x or y.
-  [[nodiscard]] bool judges_focal() const noexcept {
-    constexpr double kJudged = 0.005;
-    return windows > 0 && sigma_rad[RigCorrection::kFocal] < kJudged;
+  [[nodiscard]] bool is_focal_known() const noexcept {
+    constexpr double kMaxSigma = 0.005;
+    return windows > 0 && sigma_rad[RigCorrection::kFocal] < kMaxSigma;
   }
   /// The correction to be saved for the next start.
   [[nodiscard]] RigCorrection lasting() const {

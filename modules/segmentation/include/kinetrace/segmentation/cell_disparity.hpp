@@ -50,7 +50,7 @@ class CellDisparity {
   std::span<std::int16_t> costs_;
   std::span<std::int16_t> best_;
   std::span<std::int16_t> cost_;
-  std::span<std::int16_t> rival_;
+  std::span<std::int16_t> second_cost_;
 };
 
 /// Reduction of the matching images against the full ones: 1 or 2.

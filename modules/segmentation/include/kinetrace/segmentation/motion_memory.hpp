@@ -25,8 +25,7 @@ struct MotionRegion {
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};  ///< When it last moved.
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   int moving_frames = 0;
-  int votes = 0;  ///< Features that agreed on its motion, summed over these frames.
-  std::uint32_t last_moving_frame = 0;
+  int votes = 0;          ///< Features that agreed on its motion, summed over these frames.
   DwellTime idle;         ///< Without motion.
   bool moving = false;    ///< In this frame.
   bool reported = false;  ///< Confirmed, and moving or recently stopped.
@@ -43,10 +42,11 @@ class MotionMemory {
   MotionMemory() = default;
   MotionMemory(const MotionConfig& config, int max_features, Arena& arena);
 
-  /// Recalls each feature's region. `inherited_region` (parallel to the features): id of the region on whose mask a
-  /// feature without history was found, else 0. Tracking a new object replaces its features, so the old ones cannot
-  /// carry a region on.
-  void begin(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
+  /// Recalls each feature's region. `interval_ns`: since the frame before. `inherited_region` (parallel to the
+  /// features): id of the region on whose mask a feature without history was found, else 0. Tracking a new object
+  /// replaces its features, so the old ones cannot carry a region on.
+  void begin(std::int64_t interval_ns, std::span<const Feature> features,
+             std::span<const std::uint32_t> inherited_region);
   /// Assigns each cluster to the region with most votes of its features, if these are at least a quarter of them and no
   /// larger cluster of this frame continues that region; otherwise to a new one. `drawn_region`: id of the region on
   /// whose mask each feature was, in the frame before; used for features that were in none.
@@ -59,8 +59,8 @@ class MotionMemory {
                     std::span<const std::int16_t> blob_of_feature);
   /// Marks a region without a cluster in this frame as moving, by evidence of the images.
   void sustain(std::size_t region) noexcept;
-  /// Drops regions without motion for too long. `interval_ns`: since the frame before.
-  void conclude(std::int64_t interval_ns, std::span<const Feature> features, std::span<const FeatureMotion> motions);
+  /// Drops regions without motion for too long.
+  void conclude(std::span<const Feature> features, std::span<const FeatureMotion> motions);
   void reset() noexcept;
 
   [[nodiscard]] std::span<const MotionRegion> regions() const noexcept { return regions_.span(); }
@@ -78,7 +78,7 @@ class MotionMemory {
     std::uint32_t feature_id = 0;
     std::uint32_t region_id = 0;
     bool has_moved_with_region = false;
-    std::uint8_t unknown_frames = 0;  ///< Since its own motion was last known.
+    DwellTime unknown;  ///< Since its own motion was last known.
   };
 
   void recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
@@ -89,12 +89,12 @@ class MotionMemory {
                                        std::span<const std::int16_t> blob_of_feature) const;
   void add_known_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
                           std::span<const std::int16_t> cluster_of_feature);
-  void drop_stale(std::int64_t interval_ns);
+  void drop_stale();
   void memorise(std::span<const Feature> features, std::span<const FeatureMotion> motions);
   [[nodiscard]] bool is_inconsistent(const FeatureMotion& motion, const MotionRegion& region) const;
 
   MotionConfig config_;
-  std::uint32_t frame_ = 0;
+  std::int64_t interval_ns_ = 0;
   std::uint32_t next_region_id_ = 1;
   std::span<Membership> memory_;
   FixedVector<MotionRegion> regions_;

@@ -17,7 +17,7 @@
 
 namespace kinetrace::segmentation {
 
-/// A restless part of the image, and its velocity, filtered over all its frames.
+/// Adjacent changed cells of the image, and its velocity, filtered over all its frames.
 struct MovingBlob {
   Eigen::Vector3f velocity_mps{0.F, 0.F, 0.F};            ///< World axes.
   Eigen::Matrix3f information = Eigen::Matrix3f::Zero();  ///< Of the velocity, from image noise alone.
@@ -32,8 +32,8 @@ struct MovingBlob {
   [[nodiscard]] Eigen::Matrix3f covariance() const;
 };
 
-/// Finds objects with too few features: people, and slow ones. A cell is restless if its image does not match an
-/// earlier one at the place where it would have been at rest, at its own depth or a neighbour's. Touching restless
+/// Finds objects with too few features: people, and slow ones. A cell has changed if its image does not match an
+/// earlier one at the place where it would have been at rest, at its own depth or a neighbour's. Touching changed
 /// cells at the same depth make a blob. Its common velocity is first searched for across the line of sight; then a
 /// filter refines it from frame to frame in all three directions by least squares over the grey differences of all its
 /// pixels (Lucas and Kanade 1981, with the velocity as the warp): growth shows the motion along the line of sight, much
@@ -64,7 +64,7 @@ class MovingBlobs {
   };
 
   void remember(ImageView<const float> disparity_px);
-  void find_restless(const DenseView& dense, const TemporalTest& test);
+  void find_changed(const DenseView& dense, const TemporalTest& test);
   [[nodiscard]] bool stands_elsewhere(const DenseView& dense, const TemporalTest& test, int cx, int cy,
                                       float limit) const;
   [[nodiscard]] bool was_hidden(const TemporalTest& test, int cx, int cy, float disparity_px) const;
@@ -88,7 +88,7 @@ class MovingBlobs {
   std::array<ImageView<float>, FrameHistory::kFrames> past_disparity_;  ///< Of the last frames, as a ring.
   std::size_t newest_ = 0;
   ImageView<float> residual_;  ///< Of each cell, assumed at rest; negative where unknown.
-  ImageView<float> restless_;  ///< Disparity of restless cells, else negative.
+  ImageView<float> changed_;   ///< Disparity of changed cells, else negative.
   ImageView<std::int16_t> owner_;
   ImageView<std::int16_t> owner_before_;
   FixedVector<Cell> cells_;  ///< Of the current blob.

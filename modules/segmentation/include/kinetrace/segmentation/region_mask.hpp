@@ -83,7 +83,7 @@ class RegionMask {
   void weigh_memory(const Candidate& candidate, const DenseView& dense, const TemporalTest& test);
   void measure_distances(const PixelBox& cells);
   void diffuse(const Candidate& candidate, const DenseView& dense);
-  void claim(const Candidate& candidate, std::size_t index);
+  void assign_cells(const Candidate& candidate, std::size_t index);
   void write_labels();
 
   StereoGeometry geometry_;
