@@ -35,6 +35,8 @@ std::vector<Row> object_rows(const ObjectMetrics& run, const ObjectMetrics& agai
       {"id switches", "", count(a.id_switches), count(b.id_switches)},
       {"fragmentations", "", count(a.fragmentations), count(b.fragmentations)},
       {"seen to move", "%", percent(a.found_moving_rows, a.moving_rows), percent(b.found_moving_rows, b.moving_rows)},
+      {"people seen to move", "%", percent(a.found_walking_rows, a.walking_rows),
+       percent(b.found_walking_rows, b.walking_rows)},
       {"false moving tracks", "", count(run.false_moving.size()), count(against.false_moving.size())},
       {"motion per frame", "m", a.motion.translation_m.mean(), b.motion.translation_m.mean()},
       {"motion per frame", "deg", a.motion.rotation_deg.mean(), b.motion.rotation_deg.mean()},

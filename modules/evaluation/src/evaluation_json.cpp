@@ -72,7 +72,9 @@ Json object_errors_json(const ObjectErrors& errors) {
           {"center", errors_json(errors.center_m)},
           {"speed", errors_json(errors.speed_mps)},
           {"heading", errors_json(errors.heading_deg)},
-          {"moving_found", value_of(percent(errors.found_moving_rows, errors.moving_rows))}};
+          {"moving_found", value_of(percent(errors.found_moving_rows, errors.moving_rows))},
+          {"walking_speed", errors_json(errors.walking_speed_mps)},
+          {"walking_found", value_of(percent(errors.found_walking_rows, errors.walking_rows))}};
 }
 
 Json false_moving_json(const std::vector<FalseMovingTrack>& tracks) {

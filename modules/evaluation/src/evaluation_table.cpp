@@ -86,8 +86,10 @@ void add_all_objects(Lines& lines, const ObjectMetrics& metrics, const ObjectCon
             config.min_height_px);
   lines.add("  %-24s %10zu", "id switches", all.id_switches);
   lines.add("  %-24s %10zu", "fragmentations", all.fragmentations);
-  lines.add("  %-24s %10s  %-5s", "seen to move", number(percent(all.found_moving_rows, all.moving_rows), 2).c_str(),
-            "%");
+  lines.add("  %-24s %10s  %-5s rigid", "seen to move",
+            number(percent(all.found_moving_rows, all.moving_rows), 2).c_str(), "%");
+  lines.add("  %-24s %10s  %-5s not rigid", "people seen to move",
+            number(percent(all.found_walking_rows, all.walking_rows), 2).c_str(), "%");
   lines.add("  %-24s %10s %10s %10s", "", "mean", "RMSE", "max");
   add_motion(lines, "motion per frame", all.motion);
   for (std::size_t i = 0; i < kPoseSources.size(); ++i) {
@@ -110,6 +112,7 @@ void add_all_objects(Lines& lines, const ObjectMetrics& metrics, const ObjectCon
   add_errors(lines, "  offset taken out", "m", all.offset_m, 3, std::to_string(all.offset_m.count()) + " tracks");
   add_errors(lines, "centre of the box", "m", all.center_m, 3);
   add_errors(lines, "speed", "m/s", all.speed_mps, 3);
+  add_errors(lines, "  of people", "m/s", all.walking_speed_mps, 3);
   add_errors(lines, "heading", "deg", all.heading_deg, 2);
   lines.add("  %-24s %10zu", "false moving tracks", metrics.false_moving.size());
   for (const FalseMovingTrack& track : metrics.false_moving) {

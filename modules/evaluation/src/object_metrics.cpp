@@ -53,9 +53,12 @@ bool is_tall(const Observation& observation, const ObjectConfig& config) {
   return observation.truth->height_px > config.min_height_px;
 }
 
+bool moves_in_range(const Observation& observation, const ObjectConfig& config) {
+  return is_tall(observation, config) && observation.truth->moving && observation.distance_m <= config.motion_range_m;
+}
+
 bool asks_for_motion(const Observation& observation, const ObjectConfig& config) {
-  return is_tall(observation, config) && observation.truth->moving && observation.truth->rigid &&
-         observation.distance_m <= config.motion_range_m;
+  return moves_in_range(observation, config) && observation.truth->rigid;
 }
 
 void add_identity(const std::vector<Observation>& timeline, const ObjectConfig& config, ObjectReport& report) {
@@ -135,12 +138,19 @@ void add_motions(const std::vector<Observation>& timeline, const ObjectConfig& c
 
 void add_velocities(const std::vector<Observation>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
   for (const Observation& observation : timeline) {
-    if (observation.estimate == nullptr || !asks_for_motion(observation, config)) {
+    if (observation.estimate == nullptr || !moves_in_range(observation, config)) {
       continue;
     }
     const TrackEstimate& estimate = *observation.estimate;
     const Eigen::Vector3d& velocity_mps = observation.truth->velocity_mps;
-    errors.speed_mps.add(std::abs(estimate.velocity_mps.norm() - velocity_mps.norm()));
+    const double speed_error_mps = std::abs(estimate.velocity_mps.norm() - velocity_mps.norm());
+    if (!observation.truth->rigid) {
+      errors.walking_speed_mps.add(speed_error_mps);
+      ++errors.walking_rows;
+      errors.found_walking_rows += estimate.moving ? 1U : 0U;
+      continue;
+    }
+    errors.speed_mps.add(speed_error_mps);
     ++errors.moving_rows;
     if (estimate.moving) {
       ++errors.found_moving_rows;
@@ -233,6 +243,9 @@ void add(const ObjectErrors& one, bool rigid, ObjectErrors& all) {
   all.heading_deg.add(one.heading_deg);
   all.moving_rows += one.moving_rows;
   all.found_moving_rows += one.found_moving_rows;
+  all.walking_speed_mps.add(one.walking_speed_mps);
+  all.walking_rows += one.walking_rows;
+  all.found_walking_rows += one.found_walking_rows;
 }
 
 }  // namespace

@@ -154,6 +154,24 @@ TEST(ObjectMetrics, ShowSpeedAndHeadingErrors) {
   EXPECT_EQ(metrics.all.found_moving_rows, 15U);
 }
 
+TEST(ObjectMetrics, ShowPeopleApartFromRigidObjects) {
+  std::vector<ObjectFrame> scene = spoiled_scene([](TrackEstimate& estimate, int frame) {
+    estimate.velocity_mps *= 0.9;
+    estimate.moving = frame >= 5;
+  });
+  for (ObjectFrame& frame : scene) {
+    for (TrueObject& object : frame.truth) {
+      object.rigid = false;
+    }
+  }
+  const ObjectErrors all = evaluated(scene).all;
+  EXPECT_EQ(all.walking_rows, 20U);
+  EXPECT_EQ(all.found_walking_rows, 15U);
+  EXPECT_NEAR(all.walking_speed_mps.mean().value(), 0.1 * kCarSpeed_mps, 1e-9);
+  EXPECT_EQ(all.moving_rows, 0U);
+  EXPECT_EQ(all.speed_mps.count(), 0U);
+}
+
 TEST(ObjectMetrics, CountSwappedTracksAsOneSwitchEach) {
   std::vector<ObjectFrame> scene = perfect_scene();
   for (std::size_t i = 10; i < scene.size(); ++i) {

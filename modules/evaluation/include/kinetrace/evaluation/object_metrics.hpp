@@ -103,7 +103,10 @@ struct ObjectErrors {
   ErrorStatistics speed_mps;    ///< Of moving rigid objects.
   ErrorStatistics heading_deg;  ///< Of moving rigid objects that the estimate reports as moving.
   std::size_t moving_rows = 0;  ///< Poses of moving rigid objects in range ...
-  std::size_t found_moving_rows = 0;  ///< ... of these, those reported as moving.
+  std::size_t found_moving_rows = 0;   ///< ... of these, those reported as moving.
+  ErrorStatistics walking_speed_mps;   ///< Of moving objects that are not rigid, people above all.
+  std::size_t walking_rows = 0;        ///< Poses of these in range ...
+  std::size_t found_walking_rows = 0;  ///< ... of these, those reported as moving.
 };
 
 /// Error of one motion, from the previous frame to this one.
