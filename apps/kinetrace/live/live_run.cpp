@@ -38,7 +38,7 @@ LiveRun::LiveRun(const LiveConfig& config, double nominal_rate_hz, bool is_paced
     : processing_(std::move(processing)),
       health_(health),
       pacer_(is_paced ? std::optional<Pacer>(config.speed) : std::nullopt),
-      sheds_(config.shed),
+      reduces_effort_(config.shed),
       deadline_ms_(config.deadline_ms > 0.0 ? config.deadline_ms
                                             : 1e3 / (nominal_rate_hz * (is_paced ? config.speed : 1.0))),
       shedder_(deadline_ms_, processing_.max_objects) {}
@@ -86,14 +86,14 @@ Status LiveRun::process(const RectifiedPair& pair, std::int64_t exposed_ns) {
 void LiveRun::adapt(Clock::duration took) {
   const double took_ms = std::chrono::duration<double, std::milli>(took).count();
   late_ += took_ms > deadline_ms_ ? 1 : 0;
-  if (!sheds_) {
+  if (!reduces_effort_) {
     return;
   }
   if (shedder_.update(took_ms)) {
     processing_.limit(shedder_.effort());
     worst_level_ = std::max(worst_level_, shedder_.level());
   }
-  if (const std::optional<HealthReason> reason = shedder_.sheds()) {
+  if (const std::optional<HealthReason> reason = shedder_.health_reason()) {
     health_.note(*reason);
   }
 }

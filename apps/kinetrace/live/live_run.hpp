@@ -77,7 +77,7 @@ class LiveRun {
   std::optional<Pacer> pacer_;
   std::int64_t due_ns_ = 0;
   std::uint64_t left_out_ = 0;
-  bool sheds_;
+  bool reduces_effort_;
   double deadline_ms_;
   // Of the processing thread.
   LoadShedder shedder_;

@@ -12,7 +12,7 @@ struct Level {
   int refinement_iterations;
   double points;
   double objects;  ///< Part of all.
-  std::optional<HealthReason> sheds;
+  std::optional<HealthReason> health_reason;
 };
 
 constexpr int kAll = Effort{}.refinement_iterations;
@@ -63,8 +63,8 @@ Effort LoadShedder::effort() const noexcept {
           .objects = std::max(1, static_cast<int>(level.objects * max_objects_))};
 }
 
-std::optional<HealthReason> LoadShedder::sheds() const noexcept {
-  return kTable[static_cast<std::size_t>(level_)].sheds;
+std::optional<HealthReason> LoadShedder::health_reason() const noexcept {
+  return kTable[static_cast<std::size_t>(level_)].health_reason;
 }
 
 }  // namespace kinetrace::app

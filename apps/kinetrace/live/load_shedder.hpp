@@ -33,7 +33,7 @@ class LoadShedder {
   [[nodiscard]] int level() const noexcept { return level_; }
   [[nodiscard]] Effort effort() const noexcept;
   /// The reason for health at the current level; none at full effort.
-  [[nodiscard]] std::optional<HealthReason> sheds() const noexcept;
+  [[nodiscard]] std::optional<HealthReason> health_reason() const noexcept;
 
  private:
   void set_level(int level) noexcept;

@@ -24,7 +24,7 @@ TEST(LoadShedder, DoesEverythingWhileInTime) {
   LoadShedder shedder(kDeadline_ms, 8);
   EXPECT_EQ(frames_until_change(shedder, kInTime_ms, 500), 501);
   EXPECT_EQ(shedder.effort(), Effort{});
-  EXPECT_EQ(shedder.sheds(), std::nullopt);
+  EXPECT_EQ(shedder.health_reason(), std::nullopt);
 }
 
 TEST(LoadShedder, OneLateFrameInTwoIsTooMuchOneInThreeIsNot) {
@@ -51,9 +51,9 @@ TEST(LoadShedder, ShedsInTheDeclaredOrderAndNeverBeyondTheLast) {
     EXPECT_LE(now.points, before.points);
     EXPECT_LE(now.objects, before.objects);
     EXPECT_NE(now, before);
-    ASSERT_TRUE(shedder.sheds());
-    EXPECT_GE(*shedder.sheds(), last);
-    last = *shedder.sheds();
+    ASSERT_TRUE(shedder.health_reason());
+    EXPECT_GE(*shedder.health_reason(), last);
+    last = *shedder.health_reason();
     before = now;
   }
   EXPECT_EQ(last, HealthReason::kShedsObjects);

@@ -52,7 +52,8 @@ class ObjectMotion {
   static constexpr std::size_t kMinSamples = 3;
 
   explicit ObjectMotion(const TrajectoryConfig& config) : config_(config), window_s_(config.velocity_window_s) {}
-  /// People keep their velocity for longer, and their positions are less certain: a window twice as long.
+  /// People keep their velocity for longer, and their positions are less certain: a window twice as long. The ring
+  /// bounds it: it is whole up to 24 frames a second on both sides, and before the newest frame up to 48.
   void set_gait(bool walks) noexcept { window_s_ = (walks ? 2.0 : 1.0) * config_.velocity_window_s; }
   void reset() noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
