@@ -27,13 +27,13 @@ class Share(NamedTuple):
 # All seeds are above those of the product's own tests and figures.
 TRAINING = (
     # Diverse, to generalise to real streets.
-    Share("varied", 1000, 220, 16, 10.0),
+    Share("varied", 1000, 150, 16, 10.0),
     # Similar to the product's own recordings.
     Share("street", 1000, 40, 16, 1.7),
-    Share("drone", 1000, 44, 16, 1.7),
-    Share("wearable", 1000, 28, 16, 1.7),
-    Share("drone", 1100, 34, 16, 1.7, TALL["drone"]),
-    Share("wearable", 1100, 24, 16, 1.7, TALL["wearable"]),
+    Share("drone", 1000, 14, 16, 1.7),
+    Share("wearable", 1000, 10, 16, 1.7),
+    Share("drone", 1100, 16, 16, 1.7, TALL["drone"]),
+    Share("wearable", 1100, 14, 16, 1.7, TALL["wearable"]),
 )
 # Never trained on: for choosing thresholds.
 VALIDATION = (

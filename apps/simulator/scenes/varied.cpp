@@ -20,7 +20,6 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kFrames = 16;
-constexpr std::size_t kMaxVehicles = 44;
 
 void draw_light(Site& site) {
   Random& random = site.random;
@@ -109,7 +108,7 @@ void park_along(Site& site, double side) {
   const double sparse_m = random.chance(0.6) ? random.uniform(0.5, 2.0) : random.uniform(2.0, 16.0);
   const double usual_rad = along_street(site);
   double z_m = Site::kBegin_m + random.uniform(0.0, 5.0);
-  while (z_m < Site::kEnd_m && site.scene.actors.size() < kMaxVehicles) {
+  while (z_m < Site::kEnd_m && site.scene.actors.size() < site.max_vehicles) {
     const RandomVehicle made = random_vehicle(random);
     const double half_m = 0.5 * static_cast<double>(made.size_lhw_m.x());
     const double heading_rad = (random.chance(0.85) ? usual_rad : along_street(site)) + 0.02 * random.normal();
@@ -125,7 +124,7 @@ void park_across(Site& site, double side) {
   Random& random = site.random;
   const double gap_m = random.uniform(0.5, 1.2);
   double z_m = Site::kBegin_m + random.uniform(0.0, 5.0);
-  while (z_m < Site::kEnd_m && site.scene.actors.size() < kMaxVehicles) {
+  while (z_m < Site::kEnd_m && site.scene.actors.size() < site.max_vehicles) {
     const RandomVehicle made = random_vehicle(random);
     const double heading_rad = random.chance(0.5) ? 0.0 : std::numbers::pi;
     const double half_m = 0.5 * static_cast<double>(made.size_lhw_m.z());
@@ -184,14 +183,35 @@ void place_person(Site& site, double x_m, double z_m) {
     }
     return;
   }
-  // Along the street, as far as a person walks within the frames.
-  const double ahead_m = site.side() * 2.5;
-  if (site.ground.take_if_free(around(x_m, z_m + 0.5 * ahead_m, kWalking_m, 0.5 * std::abs(ahead_m) + 0.5))) {
-    Actor walker =
-        walking_person(GroundPath({{x_m, z_m}, {x_m, z_m + ahead_m}}), SpeedProfile({{0.0, random.uniform(0.5, 1.5)}}),
-                       0.0, seed_of(random), height_m, Arms::kSwinging, random_outfit(random));
+  // As far as a person walks within the frames.
+  const Eigen::Vector2d way_m = 2.5 * Eigen::Vector2d(std::sin(heading_rad), std::cos(heading_rad));
+  const Eigen::Vector2d middle_m = Eigen::Vector2d(x_m, z_m) + 0.5 * way_m;
+  const Eigen::Vector2d half_m = 0.5 * way_m.cwiseAbs() + Eigen::Vector2d::Constant(kWalking_m);
+  const bool crosses_curb = std::abs(std::abs(middle_m.x()) - site.edge_m) < half_m.x();
+  if (!crosses_curb && site.ground.take_if_free(around(middle_m.x(), middle_m.y(), half_m.x(), half_m.y()))) {
+    Actor walker = walking_person(GroundPath({{x_m, z_m}, {x_m + way_m.x(), z_m + way_m.y()}}),
+                                  SpeedProfile({{0.0, random.uniform(0.5, 1.5)}}), 0.0, seed_of(random), height_m,
+                                  Arms::kSwinging, random_outfit(random));
     walker.T_scene_obj = raised(std::move(walker.T_scene_obj), site.height_m(x_m));
     site.scene.actors.push_back(std::move(walker));
+  }
+}
+
+// People in front of the cameras; along the street they are mostly far away, a few pixels tall.
+void add_people_in_view(Site& site) {
+  constexpr double kNearest_m = 3.5;
+  constexpr double kFarthest_m = 22.0;
+  constexpr double kBearing_rad = 0.6;
+  Random& random = site.random;
+  for (std::size_t view = 0; view < site.views.size(); ++view) {
+    if (random.chance(0.5)) {
+      continue;
+    }
+    const double range_m = std::exp(random.uniform(std::log(kNearest_m), std::log(kFarthest_m)));
+    const double bearing_rad = random.uniform(-kBearing_rad, kBearing_rad);
+    const Eigen::Vector3d at =
+        site.views[view] * Eigen::Vector3d(range_m * std::sin(bearing_rad), 0.0, range_m * std::cos(bearing_rad));
+    place_person(site, at.x(), at.z());
   }
 }
 
@@ -203,6 +223,7 @@ void add_people(Site& site) {
       place_person(site, doorway.x(), doorway.y());
     }
   }
+  add_people_in_view(site);
   for (int i = 4 + random.index(12); i > 0; --i) {
     double x_m = site.side() * (site.edge_m + random.uniform(0.5, 1.0) * site.walk_m);
     double z_m = random.uniform(Site::kBegin_m, Site::kEnd_m);
@@ -243,6 +264,7 @@ Scene varied_scene(const Variation& variation) {
   draw_light(site);
   draw_rig(site);
   place_cameras(site);
+  site.max_vehicles = site.random.chance(0.5) ? 44 : 22;
   add_vehicles(site, strips_m);
   add_people(site);
   add_surfaces(site);

@@ -64,6 +64,7 @@ struct Site {
   double edge_m = 0.0;  // Where the sidewalks begin, beyond the parking strips.
   double walk_m = 0.0;
   double curb_m = 0.0;
+  std::size_t max_vehicles = 0;           // Of those along the street; people need room, too.
   std::vector<Se3> views;                 // Of the camera, one after the other.
   std::vector<Eigen::Vector2d> doorways;  // Beside open doors: x and z.
 

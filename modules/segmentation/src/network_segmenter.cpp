@@ -10,7 +10,7 @@ void NetworkSegmenter::carve(const SegmentationConfig& config, const StereoGeome
   if (config.onnx.right) {
     segmenter.right_ = MaskCanvas(geometry, config.max_objects, arena);
   }
-  segmenter.warp_ = MaskWarp(geometry, max_features, arena);
+  segmenter.warp_ = MaskWarp(geometry, max_features, config.onnx.right, arena);
   segmenter.relabeler_ = InstanceRelabeler(arena);
 }
 
@@ -100,7 +100,7 @@ Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input)
   counters_.frames_missing += is_due_ && !frame.available ? 1 : 0;
   // Only after warping the masks of the frame before.
   if (under_way_ && under_way_->age_frames == 0) {
-    warp_.remember(input.features);
+    warp_.remember(input);
   }
   return frame;
 }
@@ -118,7 +118,7 @@ void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& f
   const auto draw = [&](std::span<const RunLengthMask> masks, View view, MaskCanvas& canvas) {
     canvas.draw(masks);
     if (collected_as_.age_frames > 0) {
-      warp_.warp(input.features, view, canvas);
+      warp_.warp(input, view, canvas);
     }
     counters_.detections_dropped += static_cast<std::uint64_t>(canvas.finish(config_, relabeler_));
   };

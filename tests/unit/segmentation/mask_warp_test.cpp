@@ -2,9 +2,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "moving_picture.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
@@ -45,10 +48,17 @@ class MaskWarpTest : public ::testing::Test {
     }
   }
   std::vector<Detection> warped(View view = View::kLeft) {
-    warp_.remember(then_);
-    warp_.warp(now_, view, canvas_);
+    warp_.remember(input(then_picture_, 0, then_));
+    warp_.warp(input(now_picture_, 100'000'000, now_), view, canvas_);
     static_cast<void>(canvas_.finish(config_, relabeler_));
     return {canvas_.detections().begin(), canvas_.detections().end()};
+  }
+  static SegmentationInput input(const test::MovingPicture& picture, std::int64_t timestamp_ns,
+                                 std::span<const Feature> features) {
+    SegmentationInput input;
+    input.pair = picture.pair(0, timestamp_ns);
+    input.features = features;
+    return input;
   }
   static void expect_near(const PixelBox& box, const PixelBox& expected, int tolerance_px = 1) {
     EXPECT_NEAR(box.x0, expected.x0, tolerance_px);
@@ -60,7 +70,9 @@ class MaskWarpTest : public ::testing::Test {
   SegmentationConfig config_;
   Arena arena_{1 << 22};
   MaskCanvas canvas_{kGeometry, 8, arena_};
-  MaskWarp warp_{kGeometry, kFeatures, arena_};
+  MaskWarp warp_{kGeometry, kFeatures, true, arena_};
+  test::MovingPicture then_picture_{kGeometry, 0.0};  // Grey, unless drawn.
+  test::MovingPicture now_picture_{kGeometry, 0.0};
   InstanceRelabeler relabeler_{arena_};
   std::vector<RunLengthMask> masks_;
   std::vector<std::unique_ptr<std::vector<std::uint16_t>>> runs_;
@@ -116,6 +128,39 @@ TEST_F(MaskWarpTest, WithoutFeaturesItGoesWithWhatIsAround) {
   features_in({20, 30, 50, 80},
               [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(5.F, 3.F); });
   expect_near(warped()[0].box_px, {65, 53, 75, 63}, 0);
+}
+
+TEST_F(MaskWarpTest, WithoutFeaturesTheImagesShowWhereItIs) {
+  const PixelBox box{60, 40, 76, 80};
+  draw({box});
+  then_picture_.draw({60, 40, 16, 40, 10.0});
+  now_picture_.draw({71, 38, 16, 40, 10.0});
+  expect_near(warped()[0].box_px, {71, 38, 87, 78}, 0);
+}
+
+TEST_F(MaskWarpTest, WithoutFeaturesTheImagesOfItsOwnViewCount) {
+  draw({{50, 40, 66, 80}});
+  then_picture_.draw({60, 40, 16, 40, 10.0});
+  now_picture_.draw({70, 40, 16, 40, 13.0});
+  expect_near(warped(View::kRight)[0].box_px, {57, 40, 73, 80}, 0);
+}
+
+TEST_F(MaskWarpTest, APlainOneGoesWhereItsBrightnessIs) {
+  const PixelBox box{60, 40, 76, 80};
+  draw({box});
+  then_picture_.draw({60, 40, 16, 40, 10.0}, true);
+  now_picture_.draw({52, 41, 16, 40, 10.0}, true);
+  expect_near(warped()[0].box_px, {52, 41, 68, 81});
+}
+
+TEST_F(MaskWarpTest, FeaturesAroundTellWhereToSearch) {
+  const PixelBox box{60, 40, 76, 80};
+  draw({box});
+  then_picture_.draw({60, 40, 16, 40, 10.0});
+  now_picture_.draw({100, 40, 16, 40, 10.0});  // Further than an object moves by itself in a tenth of a second.
+  features_in({20, 30, 50, 90},
+              [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return p + Eigen::Vector2f(36.F, 0.F); });
+  expect_near(warped()[0].box_px, {100, 40, 116, 80}, 0);
 }
 
 TEST_F(MaskWarpTest, WithoutAnyFeatureItStays) {
