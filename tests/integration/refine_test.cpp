@@ -336,6 +336,7 @@ TEST_F(Refine, FollowsARunThatAsksForIt) {
   EXPECT_EQ(refined.at("dataset").at("refined_from"), path("run.online"));
   const Json online = Json::parse(text_of(path("run.online/run.json")));
   EXPECT_EQ(online.at("config").at("features").at("max_features"), 4000);
+  EXPECT_EQ(online.at("config").at("segmentation").at("onnx").at("latency_frames"), 0);
 }
 
 TEST_F(Refine, FollowsARunAndPrintsTheRefinedOne) {

@@ -30,6 +30,8 @@ void prepare_refinement(AppConfig& config) {
   constexpr int kBackgroundPoints = 2200;
   constexpr int kBucket_px = 13;  // As many buckets as background features, in 1242x375 pixels.
   config.output.observations = true;
+  // Nothing is late for a recording: each frame waits for its own masks.
+  config.pipeline.segmentation.onnx.latency_frames = 0;
   features::FeatureConfig& features = config.pipeline.features;
   features.max_features = std::max(features.max_features, kFeatures);
   features.max_background_features = std::max(features.max_background_features, kBackgroundFeatures);

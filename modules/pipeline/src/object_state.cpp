@@ -24,7 +24,7 @@ constexpr double kNominalDistance_m = 1000.0;  // Nominal: the distance is unkno
 constexpr double kCorrelatedDisparityError_px = 0.03;
 constexpr double kLateralCorrelatedError = 0.3;
 constexpr double kUnobservedPositionSigma_m = 100.0;
-constexpr int kMinMotionFeatures = 4;  // Fewer may all belong to another object: no evidence of a new mover.
+constexpr int kMinMotionFeatures = 4;  // Of rigid objects: fewer may all be another's, no evidence of a new mover.
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());
@@ -308,8 +308,8 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
     return correlated_covariance;
   }
   // Evidence of a new mover: the visible part drifts over the object. Where it is not measured, an occluder passes or
-  // it leaves the image: then it may have drifted anywhere.
-  if (is_measured()) {
+  // it leaves the image: then it may have drifted anywhere. An outline does not drift.
+  if (!is_rigid() || is_measured()) {
     correlated_covariance += extent_covariance(depth_m);
   } else {
     correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
@@ -339,8 +339,8 @@ void ObjectState::push_motion(const CameraState& camera) {
                 .T_world_obj = identity_.T_world_obj,
                 .position_covariance = reference_covariance(identity_.T_world_obj, life_.covariance),
                 .correlated_covariance = position_correlated_covariance(),
-                // An outline does not drift: without it, only this frame says nothing.
-                .is_evidence = is_rigid() || identity_.has_moved || is_measured(),
+                // Where a person is only predicted, the frame says nothing.
+                .is_evidence = is_rigid() || identity_.has_moved || life_.status == BodyStatus::kStereoOnly,
                 .covariance_per_disparity = covariance_per_disparity(camera)});
   const trajectory::MotionEstimate motion = motion_.at(0);
   identity_.has_moved = identity_.has_moved || motion.apparently_moving;

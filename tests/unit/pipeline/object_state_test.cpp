@@ -292,25 +292,40 @@ TEST_F(ObjectStateTest, WhatComesBackIsWhereItWasCoastingTo) {
   EXPECT_LT(sigma_m, 1.5);
 }
 
-// Frames without enough features, or without a detection, must not hide it.
-TEST_F(ObjectStateTest, APersonWhoWalksIsMovingWithinTwoSeconds) {
-  constexpr double kSpeed_mps = 1.2;
-  ObjectResult reported;
-  for (int frame = 0; frame < 20; ++frame) {
-    std::vector<Feature> features = front({0.3 - 0.1 * kSpeed_mps * frame, 0.2, 8.0});
-    features.resize(frame % 4 == 3 ? 2 : 6);
-    Track seen = track(box_of(front({0.3 - 0.1 * kSpeed_mps * frame, 0.2, 8.0})), frame % 5 == 4 ? 1 : 0);
-    seen.class_id = kPedestrianClass;
-    if (frame == 0) {
-      object_.begin(seen);
+class WalkerTest : public ObjectStateTest, public ::testing::WithParamInterface<std::size_t> {
+ protected:
+  /// After two seconds across the view. Every fifth frame lacks a detection.
+  ObjectResult after_walking(double speed_mps) {
+    ObjectResult reported;
+    for (int frame = 0; frame < 20; ++frame) {
+      std::vector<Feature> features = front({0.3 - 0.1 * speed_mps * frame, 0.2, 8.0});
+      Track seen = track(box_of(features), frame % 5 == 4 ? 1 : 0);
+      seen.class_id = kPedestrianClass;
+      features.resize(seen.missed_frames == 0 ? GetParam() : 0);
+      if (frame == 0) {
+        object_.begin(seen);
+      }
+      observe(object_, seen, features);
     }
-    observe(object_, seen, seen.missed_frames == 0 ? features : std::vector<Feature>{});
+    object_.report(reported);
+    object_.describe_motion(0, reported);
+    return reported;
   }
-  object_.report(reported);
-  object_.describe_motion(0, reported);
+};
+
+TEST_P(WalkerTest, IsMoving) {
+  constexpr double kSpeed_mps = 1.2;
+  const ObjectResult reported = after_walking(kSpeed_mps);
   EXPECT_TRUE(reported.moving);
   EXPECT_NEAR(reported.velocity_mps.x(), -kSpeed_mps, 0.2);
 }
+
+TEST_P(WalkerTest, IsAtRestWhereItStands) {
+  EXPECT_FALSE(after_walking(0.0).moving);
+}
+
+// Of a person the outline is measured: two features suffice, that tell how far away it is.
+INSTANTIATE_TEST_SUITE_P(Features, WalkerTest, ::testing::Values(2, 6));
 
 }  // namespace
 }  // namespace kinetrace::pipeline
