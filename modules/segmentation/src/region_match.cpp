@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include "dense_kernels.hpp"
@@ -13,6 +14,8 @@ namespace {
 constexpr int kSamples = 256;
 /// Standard deviation of grey differences at the true place, at least: sensor noise, interpolation, limbs that move.
 constexpr float kNoise_grey = 4.F;
+/// Larger differences are of another surface, in front of the region, and no larger for it.
+constexpr int kOccluded_grey = 60;
 /// Independent differences per sample: those of one limb, shadow or reflection go together.
 constexpr float kIndependent = 0.05F;
 /// Shifts that are tried lie within so many standard deviations of the prediction.
@@ -71,7 +74,7 @@ float RegionMatch::log_likelihood(GrayView now, int shift_x, int shift_y) const 
     const int x = sample.x + shift_x;
     const int y = sample.y + shift_y;
     if (now.contains(x, y)) {
-      const int difference = now.row(y)[x] - sample.grey;
+      const int difference = std::min(kOccluded_grey, std::abs(now.row(y)[x] - sample.grey));
       ++count;
       squares += difference * difference;
     }
