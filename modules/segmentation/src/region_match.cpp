@@ -16,6 +16,8 @@ constexpr int kSamples = 256;
 constexpr float kNoise_grey = 4.F;
 /// Larger differences are of another surface, in front of the region, and no larger for it.
 constexpr int kOccluded_grey = 60;
+/// Difference of samples outside the image, as at the true place: what leaves the image is where it was predicted.
+constexpr int kUnseen_grey = 15;
 /// Independent differences per sample: those of one limb, shadow or reflection go together.
 constexpr float kIndependent = 0.05F;
 /// Shifts that are tried lie within so many standard deviations of the prediction.
@@ -68,22 +70,20 @@ void RegionMatch::take_samples(GrayView earlier, int level, ImageView<const std:
 
 // Of normal differences with unknown variance. Brightness counts: exposure hardly changes between frames.
 float RegionMatch::log_likelihood(GrayView now, int shift_x, int shift_y) const noexcept {
-  int count = 0;
   int squares = 0;
   for (const Sample& sample : samples_) {
     const int x = sample.x + shift_x;
     const int y = sample.y + shift_y;
     if (now.contains(x, y)) {
       const int difference = std::min(kOccluded_grey, std::abs(now.row(y)[x] - sample.grey));
-      ++count;
       squares += difference * difference;
+    } else {
+      squares += kUnseen_grey * kUnseen_grey;
     }
   }
-  if (2 * count < static_cast<int>(samples_.size())) {
-    return -std::numeric_limits<float>::infinity();
-  }
-  const float variance = static_cast<float>(squares) / static_cast<float>(count);
-  return -0.5F * kIndependent * static_cast<float>(samples_.size()) * std::log(variance + kNoise_grey * kNoise_grey);
+  const auto count = static_cast<float>(samples_.size());
+  const float variance = static_cast<float>(squares) / std::max(count, 1.F);
+  return -0.5F * kIndependent * count * std::log(variance + kNoise_grey * kNoise_grey);
 }
 
 std::optional<Eigen::Vector2f> RegionMatch::shift_px(const ImagePyramid& earlier, const ImagePyramid& now,
@@ -113,9 +113,6 @@ std::optional<Eigen::Vector2f> RegionMatch::shift_px(const ImagePyramid& earlier
           best = {x, y};
         }
       }
-    }
-    if (!std::isfinite(highest)) {
-      return std::nullopt;
     }
     if (level > 0) {
       best *= 2;

@@ -73,8 +73,14 @@ TEST_F(RegionMatchTest, AnOccluderDoesNotDragIt) {
   EXPECT_LE(match_.shift_px(earlier_, now_, drawn_, kLabel, {60, 40, 78, 80}, {{0.F, 0.F}, 10.F}).value().norm(), 1.F);
 }
 
-TEST_F(RegionMatchTest, HasNoAnswerWithoutImagesOrOutsideThem) {
-  EXPECT_FALSE(shift({60, 40, 20, 40, 0.0}, {60, 40, 20, 40, 0.0}, {{400.F, 0.F}, 5.F}));
+TEST_F(RegionMatchTest, WhatLeavesTheImageIsWhereItWasPredicted) {
+  EXPECT_EQ(shift({120, 40, 30, 40, 0.0}, {150, 44, 30, 40, 0.0}, {{28.F, 2.F}, 10.F}).value(),
+            Eigen::Vector2f(30.F, 4.F));
+  EXPECT_EQ(shift({120, 40, 30, 40, 0.0}, {200, 40, 30, 40, 0.0}, {{80.F, 0.F}, 10.F}).value(),
+            Eigen::Vector2f(80.F, 0.F));
+}
+
+TEST_F(RegionMatchTest, HasNoAnswerWithoutImages) {
   now_.fill({});
   EXPECT_FALSE(match_.shift_px(earlier_, now_, drawn_, kLabel, {60, 40, 80, 80}, {{0.F, 0.F}, 5.F}));
 }

@@ -46,7 +46,7 @@ class RegionMatch {
   explicit RegionMatch(Arena& arena);
 
   /// Shift in pixels of the pixels `label` of `drawn` inside `box_px`, from `earlier` to `now`. All have the same size.
-  /// None: a pyramid is empty, or less than half of the region lies inside the image wherever it may be.
+  /// None: a pyramid is empty.
   [[nodiscard]] std::optional<Eigen::Vector2f> shift_px(const ImagePyramid& earlier, const ImagePyramid& now,
                                                         ImageView<const std::uint16_t> drawn, std::uint16_t label,
                                                         const PixelBox& box_px,
