@@ -2,13 +2,12 @@
 
 import copy
 import functools
-import itertools
 import pathlib
 import time
 from typing import NamedTuple
 
 import torch
-from torch import nn
+from torch import Tensor, nn
 
 from adopt import adopt
 from dataset import Batch, Batches, View
@@ -111,16 +110,42 @@ def train_step(state: State, batch: Batch, rate: float) -> Losses:
     return found
 
 
+def mean_of(before: Network, after: Network, pictures: list[Tensor]) -> Network:
+    """The network with the mean of both weights; normalisations get the statistics of `pictures` [B, 1, H, W].
+
+    It gains most of what a continued training learns, and loses little of what its scenes do not show (Wortsman et al., "Robust
+    fine-tuning of zero-shot models", 2022).
+    """
+    mean = copy.deepcopy(before)
+    for weight, other in zip(mean.state_dict().values(), after.state_dict().values()):
+        if weight.dtype.is_floating_point:
+            weight.lerp_(other, 0.5)
+    for module in mean.modules():
+        if isinstance(module, nn.BatchNorm2d):
+            module.reset_running_stats()
+            module.momentum = None
+    mean.train()
+    with torch.no_grad():
+        for batch in pictures:
+            mean(batch)
+    return mean.eval()
+
+
 def train(views: list[View], steps: int, checkpoint: pathlib.Path, model: pathlib.Path | None = None) -> Network:
     """Trains until step `steps`, counting those before `checkpoint`; returns the averaged network.
 
-    Without a checkpoint it begins with the weights of the ONNX file `model`, if given.
+    With an ONNX file `model` it begins with its weights, unless there is a checkpoint, and returns the mean of them and those after
+    the training.
     """
     state = new_state()
+    pictures: list[Tensor] = []
+    before = None
+    if model:
+        pictures = [Batches(views, SEED)[number].pictures for number in range(STATISTICS_BATCHES)]
+        adopt(state.network, model, pictures)
+        before = copy.deepcopy(state.network)
     first = restore(checkpoint, state)
     batches = torch.utils.data.DataLoader(Batches(views, SEED), batch_size=None, num_workers=1, sampler=range(first, steps))
-    if model and first == 0:
-        adopt(state.network, model, [batch.pictures for batch in itertools.islice(batches, STATISTICS_BATCHES)])
     highest = CONTINUED_RATE if model else 1.0
     state.network.train()
     begin = time.monotonic()
@@ -133,4 +158,4 @@ def train(views: list[View], steps: int, checkpoint: pathlib.Path, model: pathli
             print(f"step {step} after {(time.monotonic() - begin) / 60:.1f} min: score {found.score:.3f}, box {found.box:.3f}, "
                   f"mask {found.mask:.3f}", flush=True)
     save(checkpoint, state, steps)
-    return state.average
+    return mean_of(before, state.average, pictures) if before else state.average
