@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -62,11 +61,12 @@ TEST_F(RegionMatchTest, AnOccluderDoesNotDragIt) {
   fill(earlier_, {60, 40, 18, 40, 0.0}, false);
   test::MovingPicture picture(kGeometry, 0.0);
   picture.draw({60, 40, 18, 40, 0.0});
-  std::vector<std::uint8_t> grey(picture.pair(0, 0).left.data, picture.pair(0, 0).left.data + 160 * 120);
+  const MutableGrayView occluded = take_image<std::uint8_t>(arena_, kGeometry.width_px, kGeometry.height_px);
+  copy_image(picture.pair(0, 0).left, occluded);
   for (int y = 40; y < 80; ++y) {
-    std::fill_n(grey.begin() + y * 160 + 60, 6, std::uint8_t{200});
+    std::fill_n(occluded.row(y) + 60, 6, std::uint8_t{200});
   }
-  now_.fill({grey.data(), 160, 120, 160});
+  now_.fill(occluded);
   for (int y = 40; y < 80; ++y) {
     std::fill_n(drawn_.row(y) + 60, 18, kLabel);
   }
