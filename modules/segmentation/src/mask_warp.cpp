@@ -17,6 +17,8 @@ constexpr float kMinSpread = 0.15F;  ///< Least spread of the features for a sca
 /// Speed of objects relative to what is around them in the image, standard deviation, in their own sizes: people walk
 /// at .8 sizes a second, cars drive at 2 to 5, and parallax shifts what is nearer than its surroundings.
 constexpr float kSizesPerSecond = 2.5F;
+/// Upper bound of this deviation, in sizes: farther away another object is more likely, and the search takes too long.
+constexpr float kMaxSizes = 0.5F;
 
 float size_of(const PixelBox& box) noexcept {
   return static_cast<float>(std::max(box.width(), box.height()));
@@ -120,7 +122,8 @@ Eigen::Vector2f MaskWarp::shift_around(const PixelBox& box_px) noexcept {
 MaskWarp::Similarity MaskWarp::motion_in_images(std::uint16_t mask, View view) noexcept {
   const PixelBox& box_px = boxes_px_[mask];
   const Images& images = images_of(view);
-  const PredictedShift around{shift_around(box_px), std::max(1.F, kSizesPerSecond * elapsed_s_ * size_of(box_px))};
+  const float sizes = std::min(kSizesPerSecond * elapsed_s_, kMaxSizes);
+  const PredictedShift around{shift_around(box_px), std::max(1.F, sizes * size_of(box_px))};
   return {1.F, match_.shift_px(images.earlier, images.now, earlier_, mask, box_px, around).value_or(around.mean_px)};
 }
 

@@ -56,7 +56,8 @@ void RegionMatch::take_samples(GrayView earlier, int level, ImageView<const std:
                      std::min(earlier.height, (box_px.y1 >> level) + 1)};
   const int middle = (1 << level) / 2;
   // A grid over the box that holds no more than kSamples.
-  const int step = static_cast<int>(std::ceil(std::sqrt(static_cast<float>(box.width() * box.height()) / kSamples)));
+  const float pixels = static_cast<float>(box.width()) * static_cast<float>(box.height());
+  const int step = std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kSamples))));
   for (int y = box.y0 + step / 2; y < box.y1; y += step) {
     const std::uint16_t* labels = drawn.row(std::min(drawn.height - 1, (y << level) + middle));
     for (int x = box.x0 + step / 2; x < box.x1; x += step) {
