@@ -310,7 +310,8 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   // Evidence of a new mover: the visible part drifts over the object. Where it is not measured, an occluder passes or
   // it leaves the image: then it may have drifted anywhere. An outline does not drift.
   if (!is_rigid() || is_measured()) {
-    correlated_covariance += extent_covariance(depth_m);
+    correlated_covariance +=
+        extent_covariance(depth_m) + top_covariance(identity_.T_world_obj.rotation * life_.T_obj_cam.rotation);
   } else {
     correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
   }

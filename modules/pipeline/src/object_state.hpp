@@ -230,6 +230,8 @@ class ObjectState {
                                                 const Eigen::Matrix3d& R_world_cam) const;
   /// Of it, that over the surface and by the hidden part.
   [[nodiscard]] Eigen::Matrix3d extent_covariance(double depth_m) const;
+  /// Of the upper end of an outline; nothing for rigid objects.
+  [[nodiscard]] Eigen::Matrix3d top_covariance(const Eigen::Matrix3d& R_world_cam) const;
   /// Of it, that by the hidden part: uniform over the part of the box that is hidden.
   [[nodiscard]] Eigen::Matrix3d hidden_covariance(double visible_width_m) const;
 
