@@ -138,10 +138,10 @@ void add_options(CLI::App& run, RunOptions& options) {
   run.add_option("--out", options.out, "Run folder; made, or replaced if it is an earlier run's")
       ->type_name("DIR")
       ->required();
-  run.add_option(
-         "--refine", options.refine,
-         "batch: refines the run as a whole after its end, see kinetrace refine; DIR is the refined run then, "
-         "DIR.online the one before. Takes 4000 features, unless --set says otherwise, and memory and time accordingly")
+  run.add_option("--refine", options.refine,
+                 "batch: refines the run as a whole after its end, see kinetrace refine; DIR is the refined run then, "
+                 "DIR.online the one before. Takes 4000 features and waits for each "
+                 "frame's own masks, unless --set says otherwise, and memory and time accordingly")
       ->type_name("HOW")
       ->check(CLI::IsMember({"batch"}));
   run.add_flag(

@@ -203,14 +203,14 @@ void add_people_in_view(Site& site) {
   constexpr double kFarthest_m = 22.0;
   constexpr double kBearing_rad = 0.6;
   Random& random = site.random;
-  for (std::size_t view = 0; view < site.views.size(); ++view) {
+  for (const Se3& view : site.views) {
     if (random.chance(0.5)) {
       continue;
     }
     const double range_m = std::exp(random.uniform(std::log(kNearest_m), std::log(kFarthest_m)));
     const double bearing_rad = random.uniform(-kBearing_rad, kBearing_rad);
     const Eigen::Vector3d at =
-        site.views[view] * Eigen::Vector3d(range_m * std::sin(bearing_rad), 0.0, range_m * std::cos(bearing_rad));
+        view * Eigen::Vector3d(range_m * std::sin(bearing_rad), 0.0, range_m * std::cos(bearing_rad));
     place_person(site, at.x(), at.z());
   }
 }

@@ -22,7 +22,7 @@ constexpr double kMaxEvidence = 7.0;   // Upper bound of the evidence, log odds:
 constexpr int kMinSwitchFeatures = 3;  // Fewer features may belong to another object.
 constexpr int kMaxRejections = 3;      // Measurements in a row: then the object is elsewhere.
 constexpr double kOutlineSigma_m = 0.03;
-/// Of the upper end of a person's outline: a tenth of the masks of a network miss the head, .2 m.
+/// Of the upper end of a person's outline: of a tenth of a network's masks of rendered people it is off by more.
 constexpr double kOutlineTopSigma_m = 0.2;
 constexpr double kOutlineDisparitySigma_px = 0.1;  // Median error of rendered people, in three scenes.
 constexpr double kUniformVariance = 1.0 / 12.0;    // Of a uniform distribution, by its width squared.
