@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <span>
 
+#include "exif_orientation.hpp"
 #include "image_file.hpp"
 #include "pgm_decoder.hpp"
 
@@ -79,6 +80,7 @@ InPlaceResult<ImageInfo> png_info(const char* path, const InputFile& file, std::
 
 // JPEG (ITU T.81, B.1.1): walk the marker segments up to the start of frame, which holds the size.
 InPlaceResult<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
+  constexpr int kApplication1 = 0xE1;
   std::size_t offset = 2;
   std::array<std::uint8_t, 10> segment{};
   while (file.read(offset, segment) == segment.size()) {
@@ -101,7 +103,14 @@ InPlaceResult<ImageInfo> jpeg_info(const char* path, const InputFile& file) {
     if (marker == 0xD9 || marker == 0xDA) {  // End of image, start of scan: no frame came before.
       break;
     }
-    offset += 2 + big_endian(&segment[2], 2);
+    const std::size_t length = big_endian(&segment[2], 2);
+    if (marker == kApplication1 && length > 2 && exif_orientation(file, offset + 4, length - 2) != kExifUpright) {
+      return file_error(
+          ErrorCode::kUnsupported, path,
+          {"is turned or mirrored by its Exif orientation, which not every program heeds; turn its pixels "
+           "(exiftran -a -i), or remove the tag if it was calibrated as stored (exiftool -Orientation=)"});
+    }
+    offset += 2 + length;
   }
   return truncated(path);
 }

@@ -151,6 +151,11 @@ Status check_is_folder(const fs::path& directory) {
     return fail(ErrorCode::kInvalidArgument,
                 "cannot record to " + directory.string() + ": it is not a folder; name another one");
   }
+  if (!fs::exists(status) && fs::is_symlink(fs::symlink_status(directory, error))) {
+    return fail(ErrorCode::kInvalidArgument, "cannot record to " + directory.string() +
+                                                 ": it is a link to a folder that does not exist; create that, or "
+                                                 "name another one");
+  }
   return {};
 }
 

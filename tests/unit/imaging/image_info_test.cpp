@@ -35,6 +35,48 @@ class ReadImageInfo : public ::testing::Test {
   std::string path_ = folder_.file("image");
 };
 
+// A JPEG of 20x10 pixels with an Exif segment whose only entry is the orientation (TIFF 6.0, section 2).
+Bytes jpeg_with_orientation(int orientation, bool little_endian) {
+  const auto number = [&](int value, std::size_t bytes) {
+    Bytes encoded(bytes, 0);
+    (little_endian ? encoded.front() : encoded.back()) = static_cast<std::uint8_t>(value);
+    return encoded;
+  };
+  Bytes exif = text_bytes(little_endian ? "II" : "MM");
+  const Bytes tag = little_endian ? Bytes{0x12, 0x01} : Bytes{0x01, 0x12};
+  for (const Bytes& part : {number(42, 2), number(8, 4), number(1, 2), tag, number(3, 2), number(1, 4),
+                            number(orientation, 2), Bytes(2), Bytes(4)}) {
+    exif.insert(exif.end(), part.begin(), part.end());
+  }
+  Bytes jpeg = test::encode_jpeg_rgb(20, 10, Bytes(std::size_t{20} * 10 * 3));
+  Bytes segment{0xFF, 0xE1, 0, static_cast<std::uint8_t>(2 + 6 + exif.size()), 'E', 'x', 'i', 'f', 0, 0};
+  segment.insert(segment.end(), exif.begin(), exif.end());
+  jpeg.insert(jpeg.begin() + 2, segment.begin(), segment.end());
+  return jpeg;
+}
+
+TEST_F(ReadImageInfo, RefusesAnImageThatExifTurns) {
+  for (const bool little_endian : {false, true}) {
+    for (const int turned : {2, 6, 8}) {
+      expect_error(jpeg_with_orientation(turned, little_endian), ErrorCode::kUnsupported,
+                   "is turned or mirrored by its Exif orientation");
+    }
+    for (const int upright : {0, 1, 9}) {
+      EXPECT_TRUE(info_of(jpeg_with_orientation(upright, little_endian))) << upright;
+    }
+  }
+}
+
+TEST_F(ReadImageInfo, DisregardsADamagedExifSegment) {
+  const Bytes whole = jpeg_with_orientation(6, false);
+  Bytes beyond = whole;
+  beyond[19] = 200;  // Its directory lies beyond the segment.
+  EXPECT_TRUE(info_of(beyond));
+  Bytes other = whole;
+  other[6] = 'X';  // "Xxif": another application's segment.
+  EXPECT_TRUE(info_of(other));
+}
+
 TEST_F(ReadImageInfo, TellsPngPgmAndJpegByContent) {
   const Result<ImageInfo> png = info_of(test::encode_png({2, 16, false}, 5, 3, Bytes(std::size_t{5} * 3 * 6)));
   ASSERT_TRUE(png);

@@ -191,6 +191,22 @@ TEST(RunFolder, AFileInItsPlaceIsRefused) {
   EXPECT_EQ(below.error().code, ErrorCode::kIo);
 }
 
+TEST(RunFolder, ALinkToNothingIsRefused) {
+  const TemporaryFolder folder;
+  fs::create_symlink(folder.path() / "missing", folder.path() / "link");
+  fs::create_symlink(folder.path() / "loop", folder.path() / "loop");
+  for (const char* name : {"link", "loop"}) {
+    const fs::path directory = folder.path() / name;
+    for (const Status& refused : {record_all(recording_config(directory), {}), RunRecorder::check_folder(directory)}) {
+      ASSERT_FALSE(refused);
+      EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+      EXPECT_EQ(refused.error().message,
+                "cannot record to " + directory.string() +
+                    ": it is a link to a folder that does not exist; create that, or name another one");
+    }
+  }
+}
+
 /// Calls `work` without the right to write into `folder`. Root may write anywhere, so its privileges are dropped.
 template <typename Work>
 Status without_permission(const fs::path& folder, Work&& work) {

@@ -25,7 +25,8 @@ struct ImageInfo {
 /// Reads the header of a PNG, PGM (P5) or JPEG file, chosen by content, not by name. Never allocates unless it fails.
 /// Its size is safe for taking memory: a file holds at least a thousandth of its pixels, in bytes.
 /// Errors: kNotFound, kIo, kBadFormat (no regular file, empty, truncated, more than 16384 pixels wide or high, more
-/// pixels than a file of its length can hold), kUnsupported (another image format).
+/// pixels than a file of its length can hold), kUnsupported (another image format, or a JPEG whose Exif orientation
+/// says that it is to be turned).
 [[nodiscard]] KINETRACE_API InPlaceResult<ImageInfo> read_image_info(const char* path);
 
 /// Whether a file is a PNG with so many channels and bits per channel, by its header: the kind of a result's file, see
