@@ -152,7 +152,9 @@ Result<CapturedImage> IsolatedDevice::image_of(const IsolatedEvent& event, Owned
                        .timestamp_ns = event.timestamp_ns,
                        .damaged = event.damaged || !fits,
                        .data = fits ? bytes.subspan(event.offset_bytes, event.size_bytes) : bytes.first(0),
-                       .exposure_ns = event.exposure_ns,
+                       .exposure_ns = event.exposure_ns == IsolatedEvent::kUnknownExposure
+                                          ? std::nullopt
+                                          : std::optional(event.exposure_ns),
                        .dmabuf_fd = buffer ? std::optional(buffer->descriptor.get()) : std::nullopt,
                        .dmabuf_offset_bytes = event.offset_bytes};
 }

@@ -17,8 +17,8 @@ CaptureConfig take_config(PacketReader& packet) {
           .width_px = packet.take<int>(),
           .height_px = packet.take<int>(),
           .rate_hz = packet.take<double>(),
-          .exposure_us = packet.take<std::optional<double>>(),
-          .gain = packet.take<std::optional<double>>(),
+          .exposure_us = packet.take_optional<double>(),
+          .gain = packet.take_optional<double>(),
           .trigger = packet.take<TriggerMode>(),
           .buffers = packet.take<int>()};
 }
@@ -38,8 +38,8 @@ CaptureInfo take_info(PacketReader& packet) {
           .height_px = packet.take<int>(),
           .stride_bytes = packet.take<int>(),
           .rate_hz = packet.take<double>(),
-          .exposure_us = packet.take<std::optional<double>>(),
-          .gain = packet.take<std::optional<double>>(),
+          .exposure_us = packet.take_optional<double>(),
+          .gain = packet.take_optional<double>(),
           .timestamp_kind = packet.take<TimestampKind>(),
           .sequence_counts_losses = packet.take<bool>()};
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "capture/capture_device.hpp"
@@ -23,27 +24,30 @@ inline constexpr int kMaxSlots = 32;
 /// A filled buffer, or the error that ended the stream. The first image of each buffer carries its descriptor.
 struct IsolatedEvent {
   std::uint64_t stream = 0;  ///< Number of starts of the stream so far.
-  bool is_image = false;
-  bool damaged = false;
-  int slot = -1;
   std::int64_t sequence = 0;
   std::int64_t timestamp_ns = 0;
   std::uint64_t offset_bytes = 0;  ///< In the buffer.
   std::uint64_t size_bytes = 0;
-  std::optional<std::int64_t> exposure_ns{};
+  std::int64_t exposure_ns = kUnknownExposure;
+  std::int32_t slot = -1;
   ErrorCode error = ErrorCode::kInternal;
-  std::array<char, 400> message{};  ///< Of the error; ends with a zero.
+  bool is_image = false;
+  bool damaged = false;
+  std::array<char, 398> message{};  ///< Of the error; ends with a zero, at a multiple of eight bytes.
+
+  static constexpr std::int64_t kUnknownExposure = -1;
 };
 
 /// Returns a buffer.
 struct IsolatedRelease {
   std::uint64_t stream = 0;
-  int slot = -1;
+  std::int64_t slot = -1;
 };
 
+/// Without padding, whose bytes would be sent uninitialised.
 template <typename T>
 [[nodiscard]] std::span<const std::byte> packet_of(const T& value) {
-  static_assert(std::is_trivially_copyable_v<T>);
+  static_assert(std::is_trivially_copyable_v<T> && std::has_unique_object_representations_v<T>);
   return std::as_bytes(std::span(&value, 1));
 }
 

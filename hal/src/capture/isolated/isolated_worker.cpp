@@ -43,7 +43,7 @@ class Worker {
     IsolatedRelease back;
     const auto got = images_.receive(std::as_writable_bytes(std::span(&back, 1)), kNoWait);
     if (got && got->bytes == sizeof back && back.stream == stream_ && streaming_) {
-      device_->release(back.slot);
+      device_->release(static_cast<int>(back.slot));
     }
     return !got || got->bytes > 0;
   }
@@ -102,7 +102,7 @@ class Worker {
     event.timestamp_ns = image->timestamp_ns;
     event.offset_bytes = image->dmabuf_offset_bytes;
     event.size_bytes = image->data.size();
-    event.exposure_ns = image->exposure_ns;
+    event.exposure_ns = image->exposure_ns.value_or(IsolatedEvent::kUnknownExposure);
     const auto slot = static_cast<std::size_t>(image->slot);
     const bool is_known = slot < known_.size() && known_[slot];
     const int descriptor = image->dmabuf_fd.value_or(-1);

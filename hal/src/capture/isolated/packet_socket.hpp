@@ -26,6 +26,11 @@ class PacketWriter {
     static_assert(std::is_trivially_copyable_v<T>);
     return append(std::as_bytes(std::span(&value, 1)));
   }
+  /// An optional has padding, whose bytes would be sent uninitialised.
+  template <typename T>
+  PacketWriter& put(const std::optional<T>& value) {
+    return put(value.has_value()).put(value.value_or(T{}));
+  }
   PacketWriter& put(const std::string& text) { return put(text.size()).append(std::as_bytes(std::span(text))); }
   [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
 
@@ -53,6 +58,12 @@ class PacketReader {
       std::memcpy(&value, part.data(), sizeof value);
     }
     return value;
+  }
+  template <typename T>
+  [[nodiscard]] std::optional<T> take_optional() {
+    const bool has_value = take<bool>();
+    const T value = take<T>();
+    return has_value ? std::optional(value) : std::nullopt;
   }
   [[nodiscard]] std::string text() {
     const auto part = next(take<std::size_t>());
