@@ -15,6 +15,11 @@ hal::DatasetSpec street(const std::filesystem::path& data) {
   return {.layout = hal::DatasetLayout::kKittiRaw, .path = data / "kitti_raw/2011_09_26/2011_09_26_drive_0039_extract"};
 }
 
+hal::DatasetSpec parked_street(const std::filesystem::path& data) {
+  return {.layout = hal::DatasetLayout::kKittiRaw,
+          .path = data / "kitti_raw/2011_09_26/2011_09_26_drive_0039_early_extract"};
+}
+
 pipeline::PipelineConfig with_motion() {
   pipeline::PipelineConfig config;
   config.segmentation.mode = SegmentationMode::kMotion;
@@ -122,6 +127,17 @@ TEST_F(RealClips, StreetTruckIsOneMovingTrackAndNothingElseMoves) {
       EXPECT_LE(moves_elsewhere, 5) << "track " << id << " from frame " << other.front().frame;
     }
   }
+}
+
+// Dozens of parked cars, hedges, shadows, windows with reflections; nothing moves.
+TEST_F(RealClips, ParkedStreetHasNothingThatMoves) {
+  const ClipRun run = run_clip(parked_street(data_), with_motion());
+  std::size_t rows = 0;
+  for (const auto& [id, object] : run.objects) {
+    rows += object.size();
+    EXPECT_EQ(moving_frames(object), 0) << "track " << id << " from frame " << object.front().frame;
+  }
+  EXPECT_LE(rows, 6U) << "reported at rest, of 66 frames";
 }
 
 TEST_F(RealClips, StreetParkedCarsWithMasksStandStill) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
 #include "dense_kernels.hpp"
 
@@ -34,6 +35,8 @@ CellDisparity::CellDisparity(const StereoGeometry& geometry, Arena& arena) : ste
   best_ = arena.take<std::int16_t>(cells);
   cost_ = arena.take<std::int16_t>(cells);
   second_cost_ = arena.take<std::int16_t>(cells);
+  right_cost_ = arena.take<std::int16_t>(static_cast<std::size_t>(width));
+  right_level_ = arena.take<std::int16_t>(static_cast<std::size_t>(width));
 }
 
 void CellDisparity::clear() noexcept {
@@ -80,13 +83,14 @@ void CellDisparity::match_cells(GrayView left, int cy, int levels) {
   }
   kernels.choose_levels(pair_costs.data(), cells, levels, stride, costs_.data(), best_.data(), cost_.data(),
                         second_cost_.data());
+  match_from_right(pitch, cells);
   float* const out = disparity_.row(cy);
   for (int i = 0; i < cells; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const int best = best_[k];
     const int cost = cost_[k];
     if (cost == kNoCost || second_cost_[k] == kNoCost || best + 1 >= levels ||
-        100 * second_cost_[k] < kSecondPercent * cost + 100 * kNoiseCost) {
+        100 * second_cost_[k] < kSecondPercent * cost + 100 * kNoiseCost || is_taken(i * pitch, best)) {
       continue;
     }
     const auto at = [&](int d) {
@@ -100,6 +104,27 @@ void CellDisparity::match_cells(GrayView left, int cy, int levels) {
     }
     out[i] = level * static_cast<float>(step_);
   }
+}
+
+// A pixel of the right image shows one surface: of the cells that match it, the one of least cost.
+void CellDisparity::match_from_right(int pitch, int cells) noexcept {
+  std::fill(right_cost_.begin(), right_cost_.end(), kNoCost);
+  for (int i = 0; i < cells; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const int x = i * pitch - best_[k];
+    for (int at = std::max(x, 0); at < std::min(x + pitch, static_cast<int>(right_cost_.size())); ++at) {
+      const auto r = static_cast<std::size_t>(at);
+      if (cost_[k] < right_cost_[r]) {
+        right_cost_[r] = cost_[k];
+        right_level_[r] = best_[k];
+      }
+    }
+  }
+}
+
+bool CellDisparity::is_taken(int x, int level) const noexcept {
+  const int at = x - level;
+  return at < 0 || std::abs(right_level_[static_cast<std::size_t>(at)] - level) > 1;
 }
 
 }  // namespace kinetrace::segmentation

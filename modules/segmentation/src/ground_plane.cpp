@@ -12,7 +12,7 @@
 namespace kinetrace::segmentation {
 namespace {
 
-constexpr int kSamples = 60;
+constexpr int kSamples = 100;
 /// Every third cell in both directions suffices.
 constexpr int kCellStep = 3;
 /// Tolerance of points on the plane, pixels of the matching images: noise, and slight unevenness.
@@ -20,7 +20,7 @@ constexpr float kTolerancePx = 0.5F;
 /// Least cosine between the plane's normal and the image's downward direction: the camera looks down by 75 degrees at
 /// most.
 constexpr float kMinDownward = 0.25F;
-/// Least fraction of points on the plane, net of those beyond it.
+/// Least fraction of points below the plane's horizon that lie on it, net of those beyond it.
 constexpr float kMinShare = 0.1F;
 /// Heights of objects: least one, above the ground's unevenness, greatest one, and the bound of may_hold_object().
 constexpr float kLowestM = 0.2F;
@@ -70,6 +70,14 @@ int GroundPlane::score(const Eigen::Vector3f& plane, float tolerance_px) const {
       tolerance_px);
 }
 
+int GroundPlane::points_below_horizon() const {
+  int points = 0;
+  for (std::size_t i = 0; i < u_px_.size(); ++i) {
+    points += disparity_px(plane_, u_px_[i], v_px_[i]) > 0.F ? 1 : 0;
+  }
+  return points;
+}
+
 // Least squares over the inliers.
 void GroundPlane::refine(float tolerance_px) {
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
@@ -101,8 +109,11 @@ void GroundPlane::fit(ImageView<const float> cell_disparity_px, std::uint32_t se
       }
     }
   }
+  // The ground lies below the image's middle, wherever else it may be. Points are in the order of rows.
   const auto count = static_cast<std::uint32_t>(u_px_.size());
-  if (count < 12) {
+  const auto lower = static_cast<std::uint32_t>(
+      std::upper_bound(v_px_.begin(), v_px_.end(), static_cast<float>(geometry_.cy_px)) - v_px_.begin());
+  if (count - lower < 12) {
     return;  // too few: the previous plane stays
   }
   const float tolerance_px = kTolerancePx * static_cast<float>(matching_step(geometry_.width_px));
@@ -112,7 +123,7 @@ void GroundPlane::fit(ImageView<const float> cell_disparity_px, std::uint32_t se
     Eigen::Matrix3f m;
     Eigen::Vector3f d;
     for (int row = 0; row < 3; ++row) {
-      const std::size_t i = next_random(state) % count;
+      const std::size_t i = lower + next_random(state) % (count - lower);
       m.row(row) << u_px_[i], v_px_[i], 1.F;
       d[row] = disparity_px_[i];
     }
@@ -126,7 +137,7 @@ void GroundPlane::fit(ImageView<const float> cell_disparity_px, std::uint32_t se
       plane_ = plane;
     }
   }
-  known_ = static_cast<float>(best) >= kMinShare * static_cast<float>(count);
+  known_ = static_cast<float>(best) >= kMinShare * static_cast<float>(points_below_horizon());
   if (!known_) {
     return;
   }

@@ -12,8 +12,6 @@
 namespace kinetrace::segmentation {
 namespace {
 
-/// Least age of the compared image: people move by a few pixels, and the static scene hardly changes.
-constexpr float kLookBackS = 0.09F;
 /// Grey difference of a changed cell: a multiple of the median at rest, plus an offset.
 constexpr float kChangedRatio = 2.F;
 constexpr float kChangedGrey = 1.F;
@@ -38,11 +36,12 @@ constexpr float kClimbMps = 0.1F;
 /// Least area of changed cells, square metres, and the largest speed of an object without features.
 constexpr float kMinAreaM2 = 0.15F;
 constexpr float kMaxBlobMps = 4.F;
-/// A blob of this area whose cells have changed for this time is certain, whatever its velocity, since a person swings
-/// arms and legs; static parts with mismatches are small, short-lived, or fit no velocity.
+/// A blob of this area whose cells have changed for this time is certain though its velocity varies, since a person
+/// swings arms and legs; static parts with mismatches are small, short-lived, fit no velocity or no significant one.
 constexpr float kSureAreaM2 = 0.3F;
 constexpr float kSureS = 0.5F;
 constexpr float kSureRatio = 0.9F;
+constexpr float kSureSignificance = 3.F;
 /// Frames that must agree on a velocity; largest part of the difference at rest that it may leave; mean NIS over its
 /// expectation beyond which no single velocity fits.
 constexpr int kMinFrames = 3;
@@ -362,7 +361,8 @@ bool MovingBlobs::significant(const MovingBlob& blob, const Se3& T_world_cam, do
   const float metres_per_cell =
       kCellPx * static_cast<float>(geometry_.baseline_m) / cells_[cells_.size() / 2].disparity_px;
   const float area_m2 = static_cast<float>(blob.cells) * metres_per_cell * metres_per_cell;
-  if (area_m2 >= kSureAreaM2 && blob.seen_s >= kSureS && blob.moved < kSureRatio * blob.rest) {
+  if (area_m2 >= kSureAreaM2 && blob.seen_s >= kSureS && blob.moved < kSureRatio * blob.rest &&
+      chi2 >= kSureSignificance * kSureSignificance) {
     return true;
   }
   return area_m2 >= kMinAreaM2 && blob.velocity_mps.norm() <= kMaxBlobMps && blob.frames >= kMinFrames &&

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "kinetrace/segmentation/region_mask.hpp"
 
@@ -10,6 +11,10 @@ namespace {
 
 /// Least evidence of the images, over a whole region, to continue it without features.
 constexpr float kMovesOnNats = 3.F;
+/// Gap, across the line of sight, between a region and a part of it: plain parts have no cells.
+constexpr float kGapM = 0.6F;
+/// Expected gain of a velocity of its own for a part of a region: half a nat for each of three fitted parameters.
+constexpr float kFittedNats = 1.5F;
 
 }  // namespace
 
@@ -96,10 +101,57 @@ std::span<const std::uint32_t> RegionMask::drawn_as(std::span<const MovingBlob> 
   drawn_as_.clear();
   for (std::size_t b = 0; b < blobs.size(); ++b) {
     const auto most = std::max_element(votes[b].begin(), votes[b].end());
-    (void)drawn_as_.push_back(
-        2 * *most >= blobs[b].cells ? drawn_[static_cast<std::size_t>(most - votes[b].begin())].region_id : 0U);
+    std::uint32_t region = 0;
+    if (2 * *most >= blobs[b].cells) {
+      region = drawn_[static_cast<std::size_t>(most - votes[b].begin())].region_id;
+    } else if (blobs[b].moving) {
+      region = part_of(blobs[b], static_cast<std::int16_t>(b), blob_of_cell, dense, test);
+    }
+    (void)drawn_as_.push_back(region);
   }
   return drawn_as_.span();
+}
+
+std::uint32_t RegionMask::part_of(const MovingBlob& blob, std::int16_t index,
+                                  ImageView<const std::int16_t> blob_of_cell, const DenseView& dense,
+                                  const TemporalTest& test) const {
+  struct Neighbour {
+    int cells = 0;
+    float nats = 0.F;  // of the blob with the neighbour's velocity
+  };
+  std::array<Neighbour, MotionMemory::kMaxRegions> neighbours{};
+  const int lag = test.lag_after(MovingBlobs::kLookBackS);
+  float own_nats = 0.F;
+  for (int cy = 0; cy < blob_of_cell.height; ++cy) {
+    for (int cx = 0; cx < blob_of_cell.width; ++cx) {
+      if (blob_of_cell.row(cy)[cx] != index) {
+        continue;
+      }
+      const float d = dense.disparity.disparity_px().row(cy)[cx];
+      own_nats += test.cell_nats(blob.velocity_mps, lag, cx, cy, d);
+      for (std::size_t k = 0; k < drawn_.size(); ++k) {
+        neighbours[k].cells += is_drawn_beside(drawn_[k].region_id, cx, cy, d) ? 1 : 0;
+        neighbours[k].nats += test.cell_nats(drawn_[k].velocity_mps, lag, cx, cy, d);
+      }
+    }
+  }
+  const auto nearest = std::max_element(neighbours.begin(), neighbours.end(),
+                                        [](const Neighbour& a, const Neighbour& b) { return a.cells < b.cells; });
+  const bool moves_with_it =
+      nearest->cells > 0 && nearest->nats > 0.F && own_nats - nearest->nats < kFittedNats * test.overlap();
+  return moves_with_it ? drawn_[static_cast<std::size_t>(nearest - neighbours.begin())].region_id : 0U;
+}
+
+bool RegionMask::is_drawn_beside(std::uint32_t region_id, int cx, int cy, float disparity_px) const noexcept {
+  const int gap = static_cast<int>(kGapM * disparity_px / static_cast<float>(geometry_.baseline_m)) / kCellPx + 1;
+  for (int k = 1; k <= gap; ++k) {
+    for (const auto& [x, y] : {std::pair{cx - k, cy}, {cx + k, cy}, {cx, cy - k}, {cx, cy + k}}) {
+      if (previous_.contains(x, y) && previous_.row(y)[x] == region_id) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace kinetrace::segmentation

@@ -25,7 +25,8 @@ class CellDisparityTest : public ::testing::Test {
     disparity_.compute(pair.left, pair.right, 40.F);
   }
   StereoGeometry geometry_ = small_rig();
-  test::MovingPicture picture_{geometry_, 6.3};
+  static constexpr double kWall_px = 6.3;
+  test::MovingPicture picture_{geometry_, kWall_px};
   Arena arena_{1U << 22U};
   CellDisparity disparity_{geometry_, arena_};
   const test::Board board_{120.0, 40.0, 80.0, 80.0, 17.6};
@@ -51,6 +52,28 @@ TEST_F(CellDisparityTest, FindsWallAndBoardToAFractionOfAPixel) {
   }
   EXPECT_GT(known, 1500);
   EXPECT_GT(right, 0.98 * known);
+}
+
+TEST_F(CellDisparityTest, KnowsNothingAboutWhatTheRightEyeDoesNotSee) {
+  // The board hides the wall to its left; the image's border hides a board at the left one.
+  const test::Board at_border{0.0, 40.0, 80.0, 80.0, 35.2};
+  int wrong = 0;
+  int hidden = 0;
+  for (const test::Board& board : {test::Board{160.0, 40.0, 80.0, 80.0, 35.2}, at_border}) {
+    compute(board);
+    const bool is_at_border = board.x0 < 1.0;
+    const double x0 = is_at_border ? 0.0 : board.x0 - board.disparity_px + kWall_px;
+    const double x1 = is_at_border ? board.disparity_px : board.x0;
+    const ImageView<const float> cells = disparity_.disparity_px();
+    for (int cy = 12; cy < 28; ++cy) {
+      for (int cx = static_cast<int>(x0) / kCellPx + 2; cx < static_cast<int>(x1) / kCellPx - 1; ++cx) {
+        ++hidden;
+        wrong += cells.row(cy)[cx] >= 0.F ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(hidden, 100);
+  EXPECT_LT(wrong, hidden / 20);
 }
 
 TEST_F(CellDisparityTest, KnowsNothingAboutWhatIsPlain) {

@@ -58,6 +58,29 @@ TEST_F(GroundPlaneTest, IsLessSureWhereNoiseIsAsHighAsObjectsAre) {
   EXPECT_GT(ground_.object_nats(600.F, v, ground_px(v), 20.F), ground_.object_nats(600.F, v, ground_px(v), 0.2F) + 1.F);
 }
 
+// A street between hedges: one cell in eleven shows the road.
+TEST_F(GroundPlaneTest, IsFoundThoughLittleOfItIsTextured) {
+  draw(8.F);
+  int on_road = 0;
+  for (int cy = 0; cy < cells_.height; ++cy) {
+    for (int cx = 0; cx < cells_.width; ++cx) {
+      const float u = cell_center(cx);
+      const float v = cell_center(cy);
+      const bool is_road = v > 250.F && std::abs(u - 600.F) < 160.F;
+      on_road += is_road ? 1 : 0;
+      // The hedges stand two metres beside the camera.
+      cells_.row(cy)[cx] = is_road ? ground_px(v) : std::max(8.F, std::abs(u - 600.F) / 2.F * 0.54F);
+    }
+  }
+  ASSERT_LT(11 * on_road, cells_.width * cells_.height);
+  int frames = 0;
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    ground_.fit(cells_, seed * 2654435761U);
+    frames += ground_.known() && ground_.normal().y() > 0.98F ? 1 : 0;
+  }
+  EXPECT_GE(frames, 17);
+}
+
 TEST_F(GroundPlaneTest, AWallIsNoGround) {
   draw(300.F);  // nearer than the ground everywhere
   ground_.fit(cells_, 1);

@@ -39,6 +39,8 @@ class CellDisparity {
 
  private:
   void match_cells(GrayView left, int cy, int levels);
+  void match_from_right(int pitch, int cells) noexcept;
+  [[nodiscard]] bool is_taken(int x, int level) const noexcept;
 
   int step_ = 1;
   MutableGrayView left_gradient_;
@@ -51,6 +53,9 @@ class CellDisparity {
   std::span<std::int16_t> best_;
   std::span<std::int16_t> cost_;
   std::span<std::int16_t> second_cost_;
+  // By pixel of a right row: the least cost of the cells that match it, and their level.
+  std::span<std::int16_t> right_cost_;
+  std::span<std::int16_t> right_level_;
 };
 
 /// Reduction of the matching images against the full ones: 1 or 2.

@@ -43,6 +43,7 @@ class GroundPlane {
   }
   /// The plane's normal, times focal length and baseline over the camera's height above it.
   [[nodiscard]] Eigen::Vector3f scaled_normal(const Eigen::Vector3f& plane) const noexcept;
+  [[nodiscard]] int points_below_horizon() const;
   void refine(float tolerance_px);
 
   StereoGeometry geometry_;

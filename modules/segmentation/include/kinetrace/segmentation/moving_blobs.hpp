@@ -42,6 +42,8 @@ struct MovingBlob {
 class MovingBlobs {
  public:
   static constexpr std::size_t kMaxBlobs = 64;
+  /// Least age of the compared image: people move by a few pixels, and the static scene hardly changes.
+  static constexpr float kLookBackS = 0.09F;
 
   MovingBlobs() = default;
   MovingBlobs(const MotionConfig& config, const StereoGeometry& geometry, Arena& arena);

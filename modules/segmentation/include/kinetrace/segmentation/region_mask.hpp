@@ -38,8 +38,8 @@ class RegionMask {
   int draw(std::span<const Feature> features, std::span<const FeatureMotion> motions, MotionMemory& memory,
            const DenseView& dense, const TemporalTest& test, ImageView<const std::int16_t> blob_of_cell);
 
-  /// For each blob: id of the region that most of its cells were drawn as in the frame before, 0 = none or fewer than
-  /// half of them. The result lives until the next call.
+  /// For each blob: id of the region that at least half of its cells were drawn as in the frame before, or, of a moving
+  /// one, beside which it lies and as which it moves; 0 = none. The result lives until the next call.
   std::span<const std::uint32_t> drawn_as(std::span<const MovingBlob> blobs, ImageView<const std::int16_t> blob_of_cell,
                                           const DenseView& dense, const TemporalTest& test);
   /// For each feature: id of the region drawn at its previous place in the previous frame; 0 = none. The result lives
@@ -75,6 +75,11 @@ class RegionMask {
   [[nodiscard]] const Candidate* drawn(std::uint32_t region_id) const noexcept;
   [[nodiscard]] bool describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
                               const DenseView& dense, const TemporalTest& test, Candidate& candidate);
+  /// The region beside a blob if its velocity explains the blob as well as the blob's own; 0 = none.
+  [[nodiscard]] std::uint32_t part_of(const MovingBlob& blob, std::int16_t index,
+                                      ImageView<const std::int16_t> blob_of_cell, const DenseView& dense,
+                                      const TemporalTest& test) const;
+  [[nodiscard]] bool is_drawn_beside(std::uint32_t region_id, int cx, int cy, float disparity_px) const noexcept;
   [[nodiscard]] bool is_member(int cx, int cy, std::size_t region, const MotionMemory& memory) const noexcept;
   void weigh_blobs(const Candidate& candidate, const MotionMemory& memory, std::size_t region);
   void weigh_cells(const Candidate& candidate, std::span<const Feature> features,
