@@ -36,17 +36,23 @@ class Adjustment {
   Result<BodyFit> run() {
     triangulate();
     list_observations();
-    // The first round only estimates the noise.
-    if (const Status solved = solve(kFirstSigma_px, 10, 1e-3); !solved) {
+    // The first rounds only estimate the noise, and how long it lasts.
+    if (const Status solved = solve(10, 1e-3); !solved) {
       return Unexpected(solved.error());
     }
-    const double sigma_px = noise_px(kFirstSigma_px);
-    if (const Status solved = solve(sigma_px, 30, 1e-5); !solved) {
+    sigma_px_ = noise_px(sigma_px_);
+    if (const Status solved = solve(30, 1e-5); !solved) {
       return Unexpected(solved.error());
+    }
+    correlation_ = correlation_time();
+    weigh_observations();
+    if (has_prior()) {
+      if (const Status solved = solve(30, 1e-5); !solved) {
+        return Unexpected(solved.error());
+      }
     }
     place_single_points();
-    BodyFit result = fit(sigma_px);
-    result.correlation = correlation_time();
+    BodyFit result = fit();
     if (const Status known = find_covariances(result); !known) {
       return Unexpected(known.error());
     }
@@ -95,11 +101,19 @@ class Adjustment {
     }
   }
 
-  Status solve(double sigma_px, int max_iterations, double tolerance) {
-    sigma_px_ = sigma_px;
+  /// Whether the weight of the observations as a whole matters.
+  [[nodiscard]] bool has_prior() const {
+    return problem_.motion || !problem_.measured_poses.empty() || !problem_.measured_steps.empty();
+  }
+
+  void weigh_observations() {
     for (refinement::BatchObservation& seen : observations_) {
-      seen.observation.inverse_sigma_px = static_cast<float>(1.0 / sigma_px);
+      seen.observation.inverse_sigma_px = static_cast<float>(1.0 / (sigma_px_ * std::sqrt(correlation_)));
     }
+  }
+
+  Status solve(int max_iterations, double tolerance) {
+    weigh_observations();
     refinement::BatchProblem batch = batch_problem();
     auto adjuster = adjuster_for(max_iterations, tolerance);
     if (!adjuster) {
@@ -120,11 +134,13 @@ class Adjustment {
             .measured_steps = problem_.measured_steps};
   }
   [[nodiscard]] Result<refinement::CeresBundleAdjuster> adjuster_for(int max_iterations, double tolerance) const {
-    return refinement::CeresBundleAdjuster::create({.max_iterations = max_iterations,
-                                                    .threads = options_.threads,
-                                                    .robust_threshold_sigmas = kRobustThreshold_sigmas,
-                                                    .relative_cost_tolerance = tolerance,
-                                                    .keep_going = options_.keep_going});
+    return refinement::CeresBundleAdjuster::create(
+        {.max_iterations = max_iterations,
+         .threads = options_.threads,
+         // In terms of a single observation's noise.
+         .robust_threshold_sigmas = kRobustThreshold_sigmas / std::sqrt(correlation_),
+         .relative_cost_tolerance = tolerance,
+         .keep_going = options_.keep_going});
   }
 
   Status find_covariances(BodyFit& fit) {
@@ -137,7 +153,7 @@ class Adjustment {
     if (!adjuster) {
       return Unexpected(adjuster.error());
     }
-    Result<std::vector<Matrix6d>> covariances = adjuster->pose_covariances(batch, 1.0 / fit.correlation);
+    Result<std::vector<Matrix6d>> covariances = adjuster->pose_covariances(batch);
     if (!covariances) {
       return Unexpected(covariances.error());
     }
@@ -218,7 +234,7 @@ class Adjustment {
     }
   }
 
-  [[nodiscard]] BodyFit fit(double sigma_px) const {
+  [[nodiscard]] BodyFit fit() const {
     std::unordered_map<std::uint32_t, double> squares;
     for (const SeenPoint& seen : problem_.seen) {
       const Eigen::Vector3d residual = residual_px(seen, points_.at(seen.point_id).position_m);
@@ -226,7 +242,7 @@ class Adjustment {
           residual.head<2>().squaredNorm() + (std::isnan(residual.z()) ? 0.0 : residual.z() * residual.z());
     }
     BodyFit result;
-    result.sigma_px = sigma_px;
+    result.sigma_px = sigma_px_;
     for (const auto& [id, point] : points_) {
       if (point.weight > 0.0) {
         result.points.push_back({.id = id,
@@ -246,7 +262,8 @@ class Adjustment {
   std::unordered_map<std::uint32_t, Point> points_;
   std::vector<Eigen::Vector3d> positions_;
   std::vector<refinement::BatchObservation> observations_;
-  double sigma_px_ = 0.0;  ///< Of the present weights.
+  double sigma_px_ = kFirstSigma_px;  ///< Of an observation.
+  double correlation_ = 1.0;          ///< So many neighbouring observations of a point count as one.
 };
 
 }  // namespace

@@ -44,7 +44,6 @@ struct BodyProblem {
 struct BodyFit {
   std::vector<RefinedPoint> points;  ///< Those with a stereo match, in ascending id.
   double sigma_px = 0.0;             ///< Standard deviation of the observations, from the residuals.
-  double correlation = 1.0;  ///< Autocorrelation time: this many neighbouring observations of a point count as one.
   /// By frame, of the left perturbation of T_cam_body, if requested and with at most
   /// CeresBundleAdjuster::kMaxCovarianceFrames frames.
   std::vector<Matrix6d> covariances;
@@ -56,9 +55,10 @@ struct AdjustmentOptions {
   std::function<bool()> keep_going = {};
 };
 
-/// Initial points are triangulated by stereo from the given poses. Two rounds: the noise of the second is from the
-/// median residual of the first. Points seen in one frame do not constrain the path; they are triangulated afterwards.
-/// Errors: those of CeresBundleAdjuster.
+/// Initial points are triangulated by stereo from the given poses. Three rounds: the noise of the second is from the
+/// median residual of the first, the weight of the third from the autocorrelation of the second's along tracks: so many
+/// neighbouring observations of a point count as one beside the priors. Points seen in one frame do not constrain the
+/// path; they are triangulated afterwards. Errors: those of CeresBundleAdjuster.
 [[nodiscard]] Result<BodyFit> adjust_body(BodyProblem& problem, const AdjustmentOptions& options);
 
 }  // namespace kinetrace::batch

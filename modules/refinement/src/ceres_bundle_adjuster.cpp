@@ -188,9 +188,8 @@ class Assembly {
 
   [[nodiscard]] ceres::Problem& problem() noexcept { return problem_; }
   [[nodiscard]] const std::shared_ptr<ceres::ParameterBlockOrdering>& ordering() const noexcept { return ordering_; }
-  /// Covariances of the free poses at the present state, in the order of frames; the rows of observations are scaled by
-  /// `scale`.
-  [[nodiscard]] std::vector<Matrix6d> free_pose_covariances(double scale) {
+  /// Covariances of the free poses at the present state, in the order of frames.
+  [[nodiscard]] std::vector<Matrix6d> free_pose_covariances() {
     ceres::Problem::EvaluateOptions options;
     std::vector<double*>& blocks = options.parameter_blocks;
     for (Eigen::Vector3d& point : batch_.points_m) {
@@ -206,9 +205,6 @@ class Assembly {
     }
     ceres::CRSMatrix jacobian;
     problem_.Evaluate(options, nullptr, nullptr, nullptr, &jacobian);
-    // Ceres keeps residuals in the order of insertion: observations first, three rows each.
-    const auto end = jacobian.rows[3 * batch_.observations.size()];
-    std::for_each(jacobian.values.begin(), jacobian.values.begin() + end, [scale](double& value) { value *= scale; });
     return marginal_pose_covariances(jacobian, points, blocks.size() - points);
   }
   [[nodiscard]] bool is_free(std::size_t frame) {
@@ -394,19 +390,17 @@ Result<BundleSummary> CeresBundleAdjuster::refine_batch(BatchProblem& problem) {
   return solve(config_, problem);
 }
 
-Result<std::vector<Matrix6d>> CeresBundleAdjuster::pose_covariances(BatchProblem& problem,
-                                                                    double information_scale) const {
+Result<std::vector<Matrix6d>> CeresBundleAdjuster::pose_covariances(BatchProblem& problem) const {
   const ForeignCall foreign;
   if (Status valid = check_batch(problem); !valid) {
     return Unexpected(valid.error());
   }
-  if (problem.T_body_cam.size() > kMaxCovarianceFrames || !(information_scale > 0.0)) {
+  if (problem.T_body_cam.size() > kMaxCovarianceFrames) {
     return fail(ErrorCode::kInvalidArgument, "covariances of " + std::to_string(problem.T_body_cam.size()) +
-                                                 " poses are more than " + std::to_string(kMaxCovarianceFrames) +
-                                                 ", or observations count for nothing");
+                                                 " poses are more than " + std::to_string(kMaxCovarianceFrames));
   }
   Assembly assembly(config_, problem);
-  const std::vector<Matrix6d> free = assembly.free_pose_covariances(std::sqrt(information_scale));
+  const std::vector<Matrix6d> free = assembly.free_pose_covariances();
   std::vector<Matrix6d> covariances(problem.T_body_cam.size(), Matrix6d::Zero());
   std::size_t next = 0;
   for (std::size_t k = 0; k < covariances.size(); ++k) {

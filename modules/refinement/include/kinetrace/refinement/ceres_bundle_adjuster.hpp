@@ -107,10 +107,8 @@ class CeresBundleAdjuster final : public BundleAdjuster {
   /// As `refine` for a whole trajectory; the summary holds no covariance.
   [[nodiscard]] Result<BundleSummary> refine_batch(BatchProblem& problem);
   /// Marginal covariance of each pose at the present state (left perturbation of T_cam_body), robust weights applied,
-  /// points and other free poses integrated out; zero for fixed frames. `information_scale` is the information of an
-  /// observation relative to an independent one, since successive errors of one point are correlated. For at most
-  /// kMaxCovarianceFrames.
-  [[nodiscard]] Result<std::vector<Matrix6d>> pose_covariances(BatchProblem& problem, double information_scale) const;
+  /// points and other free poses integrated out; zero for fixed frames. For at most kMaxCovarianceFrames.
+  [[nodiscard]] Result<std::vector<Matrix6d>> pose_covariances(BatchProblem& problem) const;
   static constexpr std::size_t kMaxCovarianceFrames = 600;
 
  private:
