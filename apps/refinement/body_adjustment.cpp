@@ -40,11 +40,11 @@ class Adjustment {
     if (const Status solved = solve(10, 1e-3); !solved) {
       return Unexpected(solved.error());
     }
-    sigma_px_ = noise_px(sigma_px_);
+    sigma_px_ = weight_px_ = std::clamp(noise_px(), kMinSigma_px, kMaxSigma_px);
     if (const Status solved = solve(30, 1e-5); !solved) {
       return Unexpected(solved.error());
     }
-    correlation_ = correlation_time();
+    weight_px_ = std::clamp(noise_px() * std::sqrt(correlation_time()), sigma_px_, kMaxSigma_px);
     weigh_observations();
     if (has_prior()) {
       if (const Status solved = solve(30, 1e-5); !solved) {
@@ -108,7 +108,7 @@ class Adjustment {
 
   void weigh_observations() {
     for (refinement::BatchObservation& seen : observations_) {
-      seen.observation.inverse_sigma_px = static_cast<float>(1.0 / (sigma_px_ * std::sqrt(correlation_)));
+      seen.observation.inverse_sigma_px = static_cast<float>(1.0 / weight_px_);
     }
   }
 
@@ -138,7 +138,7 @@ class Adjustment {
         {.max_iterations = max_iterations,
          .threads = options_.threads,
          // In terms of a single observation's noise.
-         .robust_threshold_sigmas = kRobustThreshold_sigmas / std::sqrt(correlation_),
+         .robust_threshold_sigmas = kRobustThreshold_sigmas * sigma_px_ / weight_px_,
          .relative_cost_tolerance = tolerance,
          .keep_going = options_.keep_going});
   }
@@ -198,7 +198,7 @@ class Adjustment {
     return problem_.geometry.project(p_cam) - seen.px.cast<double>();
   }
 
-  [[nodiscard]] double noise_px(double before_px) const {
+  [[nodiscard]] double noise_px() const {
     constexpr double kSigmaOfMedian = 1.4826;  // For a normal distribution.
     constexpr std::size_t kMinSizes = 100;
     std::vector<float> sizes;
@@ -215,9 +215,9 @@ class Adjustment {
       }
     }
     if (sizes.size() < kMinSizes) {
-      return before_px;
+      return sigma_px_;
     }
-    return std::clamp(kSigmaOfMedian * double{median(sizes)}, kMinSigma_px, kMaxSigma_px);
+    return kSigmaOfMedian * double{median(sizes)};
   }
 
   void place_single_points() {
@@ -262,8 +262,8 @@ class Adjustment {
   std::unordered_map<std::uint32_t, Point> points_;
   std::vector<Eigen::Vector3d> positions_;
   std::vector<refinement::BatchObservation> observations_;
-  double sigma_px_ = kFirstSigma_px;  ///< Of an observation.
-  double correlation_ = 1.0;          ///< So many neighbouring observations of a point count as one.
+  double sigma_px_ = kFirstSigma_px;   ///< Of an observation.
+  double weight_px_ = kFirstSigma_px;  ///< Standard deviation by which it counts: that of the error it shares.
 };
 
 }  // namespace
