@@ -19,6 +19,8 @@ constexpr double kHuber = 4.1;
 // Lower bounds of a pose's standard deviations: its covariance omits the correlated errors of the reconstruction.
 constexpr double kRotationFloor_rad = 5e-4;
 constexpr double kPositionFloor_m = 2e-3;
+/// Errors of successive poses of a reconstruction are correlated: so many count as one beside the smoothness.
+constexpr double kCorrelatedPoses = 2.0;
 constexpr double kMinStep_s = 1e-4;
 
 double seconds(const PathNode& from, const PathNode& to) {
@@ -46,7 +48,7 @@ TrajectorySmoother::TrajectorySmoother(const TrajectoryConfig& config, std::size
     : config_(config), rows_(arena.take<BlockRow>(max_nodes)) {}
 
 void TrajectorySmoother::add_measurement(const PathNode& node, BlockRow& row) const noexcept {
-  Matrix6d covariance = node.covariance;
+  Matrix6d covariance = kCorrelatedPoses * node.covariance;
   covariance.diagonal().head<3>().array() += kRotationFloor_rad * kRotationFloor_rad;
   covariance.diagonal().tail<3>().array() += kPositionFloor_m * kPositionFloor_m;
   Vector6d error;
