@@ -1,5 +1,7 @@
 // The plugin kinetrace-opencv-dnn.so: computes networks by OpenCV's dnn.
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -73,15 +75,46 @@ class OpencvRuntime final : public Runtime {
   std::vector<Tensor> tensors_;
 };
 
+// Replaces the name of a size in an ONNX file by its value, in place: a Dimension of onnx.proto3 has either field 1, a
+// varint, or field 2, text; the varint is padded to the length of the text. The first one is that of the input.
+void give_size(std::string& onnx, std::string_view name, int size) {
+  const std::string named = std::string{'\x12', static_cast<char>(name.size())} + std::string(name);
+  const std::size_t at = onnx.find(std::string{'\x0A', static_cast<char>(named.size())} + named);
+  if (at == std::string::npos) {
+    return;
+  }
+  const std::size_t first = at + 2;
+  const std::size_t last = first + named.size() - 1;
+  onnx[first] = '\x08';
+  auto rest = static_cast<unsigned>(size);
+  for (std::size_t i = first + 1; i <= last; ++i, rest >>= 7U) {
+    onnx[i] = static_cast<char>((rest & 0x7FU) | (i < last ? 0x80U : 0U));
+  }
+}
+
+// Throws cv::Exception.
+cv::dnn::Net read_network(const ModelConfig& model) {
+  switch (model.family) {
+    case ModelFamily::kMaskRcnn: return cv::dnn::readNetFromTensorflow(model.file, model.graph);
+    case ModelFamily::kKinetraceSeg: {
+      // OpenCV 4.10 computes all shapes while it reads, with 0 for a size that is only named: then nothing fits.
+      std::ifstream in(model.file, std::ios::binary);
+      std::string onnx{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+      give_size(onnx, "height", model.input.height_px);
+      give_size(onnx, "width", model.input.width_px);
+      return cv::dnn::readNetFromONNX(onnx.data(), onnx.size());
+    }
+    default: return cv::dnn::readNetFromONNX(model.file);
+  }
+}
+
 Result<std::unique_ptr<Runtime>> make_opencv_runtime(const ModelConfig& model, int threads) {
   const ForeignCall guard;
   // Errors are reported once, by the caller.
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   cv::setNumThreads(threads);
   try {
-    cv::dnn::Net net = model.family == ModelFamily::kMaskRcnn ? cv::dnn::readNetFromTensorflow(model.file, model.graph)
-                                                              : cv::dnn::readNetFromONNX(model.file);
-    return std::unique_ptr<Runtime>(std::make_unique<OpencvRuntime>(model, std::move(net)));
+    return std::unique_ptr<Runtime>(std::make_unique<OpencvRuntime>(model, read_network(model)));
   } catch (const cv::Exception& exception) {
     return failed(model.file, exception);
   }

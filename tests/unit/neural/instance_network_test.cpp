@@ -201,6 +201,17 @@ TEST(InstanceNetwork, ItsInputFollowsThePicturesWhereTheModelAllows) {
   expect_covers((*masks)[0], first);
 }
 
+// OpenCV 4.10 could not read it without the size of its input.
+TEST(InstanceNetwork, TheOneThatComesAlongIsComputed) {
+  ModelConfig config = model("", ModelFamily::kKinetraceSeg);
+  config.file = KINETRACE_OWN_NETWORK;
+  config.input.max_pixels = kWidth * kHeight;
+  config.input.colours = InputColours::kGray;
+  const Result<Network> made = make(config);
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_TRUE(made->network->segment(Blobs(1).picture()));
+}
+
 TEST(InstanceNetwork, OfAnySizeButNotOfAnyColours) {
   ModelConfig config = model("kinetrace-seg.onnx", ModelFamily::kKinetraceSeg);
   config.input.colours = InputColours::kGray;
