@@ -20,6 +20,7 @@ void tell_objects(FuzzedDataProvider& values, publishing::ResultListener& listen
   while (objects.size() < count && values.remaining_bytes() > 0) {
     auto object = any_message<kinetrace_TrackedObject>(values);
     object.moving = values.ConsumeBool();
+    object.heading_known = values.ConsumeBool();
     objects.push_back(object);
   }
   show(message.objects, objects);
