@@ -24,6 +24,9 @@ void* run_as_foreign(void* given) {
 
 }  // namespace
 
+// Libraries must find these functions, too: without it posix_memalign and memalign would be hidden, as all that the
+// compiler does not know as built-in. libstdc++ 14 gets aligned memory by posix_memalign.
+#pragma GCC visibility push(default)
 extern "C" {
 // NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): glibc's names.
 void* __libc_malloc(std::size_t bytes);
@@ -75,6 +78,7 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
   return error;
 }
 }
+#pragma GCC visibility pop
 
 namespace {
 const bool announced = (kinetrace::detail::announce_interposer(), true);
