@@ -128,9 +128,10 @@ std::uint32_t RegionMask::part_of(const MovingBlob& blob, std::int16_t index,
         continue;
       }
       const float d = dense.disparity.disparity_px().row(cy)[cx];
+      const std::uint32_t beside = region_beside(cx, cy, d);
       own_nats += test.cell_nats(blob.velocity_mps, lag, cx, cy, d);
       for (std::size_t k = 0; k < drawn_.size(); ++k) {
-        neighbours[k].cells += is_drawn_beside(drawn_[k].region_id, cx, cy, d) ? 1 : 0;
+        neighbours[k].cells += drawn_[k].region_id == beside ? 1 : 0;
         neighbours[k].nats += test.cell_nats(drawn_[k].velocity_mps, lag, cx, cy, d);
       }
     }
@@ -142,16 +143,16 @@ std::uint32_t RegionMask::part_of(const MovingBlob& blob, std::int16_t index,
   return moves_with_it ? drawn_[static_cast<std::size_t>(nearest - neighbours.begin())].region_id : 0U;
 }
 
-bool RegionMask::is_drawn_beside(std::uint32_t region_id, int cx, int cy, float disparity_px) const noexcept {
+std::uint32_t RegionMask::region_beside(int cx, int cy, float disparity_px) const noexcept {
   const int gap = static_cast<int>(kGapM * disparity_px / static_cast<float>(geometry_.baseline_m)) / kCellPx + 1;
   for (int k = 1; k <= gap; ++k) {
     for (const auto& [x, y] : {std::pair{cx - k, cy}, {cx + k, cy}, {cx, cy - k}, {cx, cy + k}}) {
-      if (previous_.contains(x, y) && previous_.row(y)[x] == region_id) {
-        return true;
+      if (previous_.contains(x, y) && previous_.row(y)[x] != 0) {
+        return previous_.row(y)[x];
       }
     }
   }
-  return false;
+  return 0;
 }
 
 }  // namespace kinetrace::segmentation

@@ -54,7 +54,7 @@ TEST_F(CellDisparityTest, FindsWallAndBoardToAFractionOfAPixel) {
   EXPECT_GT(right, 0.98 * known);
 }
 
-TEST_F(CellDisparityTest, KnowsNothingAboutWhatTheRightEyeDoesNotSee) {
+TEST_F(CellDisparityTest, KnowsNothingAboutWhatTheRightCameraDoesNotSee) {
   // The board hides the wall to its left; the image's border hides a board at the left one.
   const test::Board at_border{0.0, 40.0, 80.0, 80.0, 35.2};
   int wrong = 0;

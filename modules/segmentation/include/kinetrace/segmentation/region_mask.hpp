@@ -79,7 +79,8 @@ class RegionMask {
   [[nodiscard]] std::uint32_t part_of(const MovingBlob& blob, std::int16_t index,
                                       ImageView<const std::int16_t> blob_of_cell, const DenseView& dense,
                                       const TemporalTest& test) const;
-  [[nodiscard]] bool is_drawn_beside(std::uint32_t region_id, int cx, int cy, float disparity_px) const noexcept;
+  /// The nearest region drawn in the frame before in a cell's row and column, across a gap at most; 0 = none.
+  [[nodiscard]] std::uint32_t region_beside(int cx, int cy, float disparity_px) const noexcept;
   [[nodiscard]] bool is_member(int cx, int cy, std::size_t region, const MotionMemory& memory) const noexcept;
   void weigh_blobs(const Candidate& candidate, const MotionMemory& memory, std::size_t region);
   void weigh_cells(const Candidate& candidate, std::span<const Feature> features,
