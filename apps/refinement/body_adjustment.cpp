@@ -45,7 +45,6 @@ class Adjustment {
       return Unexpected(solved.error());
     }
     weight_px_ = std::clamp(noise_px() * std::sqrt(correlation_time()), sigma_px_, kMaxSigma_px);
-    weigh_observations();
     if (has_prior()) {
       if (const Status solved = solve(30, 1e-5); !solved) {
         return Unexpected(solved.error());
@@ -106,14 +105,7 @@ class Adjustment {
     return problem_.motion || !problem_.measured_poses.empty() || !problem_.measured_steps.empty();
   }
 
-  void weigh_observations() {
-    for (refinement::BatchObservation& seen : observations_) {
-      seen.observation.inverse_sigma_px = static_cast<float>(1.0 / weight_px_);
-    }
-  }
-
   Status solve(int max_iterations, double tolerance) {
-    weigh_observations();
     refinement::BatchProblem batch = batch_problem();
     auto adjuster = adjuster_for(max_iterations, tolerance);
     if (!adjuster) {
@@ -123,7 +115,11 @@ class Adjustment {
     return solved ? Status() : Unexpected(solved.error());
   }
 
+  /// By the present weight.
   [[nodiscard]] refinement::BatchProblem batch_problem() {
+    for (refinement::BatchObservation& seen : observations_) {
+      seen.observation.inverse_sigma_px = static_cast<float>(1.0 / weight_px_);
+    }
     return {.geometry = problem_.geometry,
             .T_body_cam = problem_.T_body_cam,
             .fixed_frames = problem_.fixed_frames,
@@ -198,6 +194,7 @@ class Adjustment {
     return problem_.geometry.project(p_cam) - seen.px.cast<double>();
   }
 
+  /// From the median residual; as before with too few.
   [[nodiscard]] double noise_px() const {
     constexpr double kSigmaOfMedian = 1.4826;  // For a normal distribution.
     constexpr std::size_t kMinSizes = 100;

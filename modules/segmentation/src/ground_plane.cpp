@@ -137,7 +137,7 @@ void GroundPlane::fit(ImageView<const float> cell_disparity_px, std::uint32_t se
       plane_ = plane;
     }
   }
-  known_ = static_cast<float>(best) >= kMinShare * static_cast<float>(points_below_horizon());
+  known_ = best > 0 && static_cast<float>(best) >= kMinShare * static_cast<float>(points_below_horizon());
   if (!known_) {
     return;
   }
