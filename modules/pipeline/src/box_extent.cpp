@@ -60,10 +60,11 @@ class ExtentOfPoints {
         extent_.high_sigma_px[axis] = sigma_px;
       }
     }
-    extent_.known = true;
   }
 
-  [[nodiscard]] const tracking::ImageExtent& extent() const { return extent_; }
+  [[nodiscard]] std::optional<tracking::ImageExtent> extent() const {
+    return extent_.low_px.allFinite() ? std::optional(extent_) : std::nullopt;
+  }
 
  private:
   const StereoGeometry& geometry_;
@@ -73,8 +74,9 @@ class ExtentOfPoints {
 
 }  // namespace
 
-tracking::ImageExtent image_extent(const Box3& box, const Box3Sigma& sigma, const Eigen::Matrix3d& position_covariance,
-                                   const Se3& T_world_cam, const StereoGeometry& geometry) {
+std::optional<tracking::ImageExtent> image_extent(const Box3& box, const Box3Sigma& sigma,
+                                                  const Eigen::Matrix3d& position_covariance, const Se3& T_world_cam,
+                                                  const StereoGeometry& geometry) {
   const Se3 T_cam_world = T_world_cam.inverse();
   std::array<Eigen::Vector3d, 8> corners = box.corners();
   for (Eigen::Vector3d& corner : corners) {
@@ -108,8 +110,7 @@ tracking::PredictedVolume volume_of(const Box3& box, const Box3Sigma& sigma, con
   T_box_cam.topLeftCorner<3, 3>() = R_box_world * T_world_cam.rotation;
   T_box_cam.topRightCorner<3, 1>() = R_box_world * (T_world_cam.translation - box.center_m);
   const Eigen::Vector3d position_variance_m2 = (R_box_world * position_covariance * R_box_world.transpose()).diagonal();
-  return {.known = true,
-          .T_box_stereo = T_box_cam * triangulation(geometry),
+  return {.T_box_stereo = T_box_cam * triangulation(geometry),
           .half_size_m = 0.5 * box.size_m,
           .sigma_m = (position_variance_m2 + face_variance_m2(sigma)).cwiseSqrt()};
 }

@@ -93,8 +93,6 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
   if (!identity_.reconstructed) {
     life_.covariance.topLeftCorner<3, 3>() =
         kUnknownRotationSigma_rad * kUnknownRotationSigma_rad * Eigen::Matrix3d::Identity();
-  }
-  if (!identity_.frame_fixed) {
     // Its origin will be at the centre of its points, anywhere on it.
     life_.covariance.bottomRightCorner<3, 3>() +=
         part_covariance(visible_center_in_camera_m(camera), camera.T_world_cam.rotation);
@@ -119,13 +117,13 @@ bool ObjectState::update_filter_by_position(const StereoObservation& observation
     life_.provisional = false;
     return true;
   }
-  life_.identity_switched = life_.provisional && observation.agreeing >= kMinSwitchFeatures;
-  if (life_.identity_switched || ++life_.rejections < kMaxRejections) {
+  frame_.identity_switched = life_.provisional && observation.agreeing >= kMinSwitchFeatures;
+  if (frame_.identity_switched || ++life_.rejections < kMaxRejections) {
     return false;
   }
   life_.rejections = 0;
   restart_at_observation(observation, camera);
-  return !life_.identity_switched;
+  return !frame_.identity_switched;
 }
 
 void ObjectState::update_filter_by_motion(const StereoObservation& observation, const CameraState& camera) {
@@ -145,7 +143,7 @@ void ObjectState::update_filter_by_motion(const StereoObservation& observation, 
 
 void ObjectState::restart_at_observation(const StereoObservation& observation, const CameraState& camera) {
   if (identity_.reconstructed && is_newly_matched()) {
-    life_.identity_switched = true;
+    frame_.identity_switched = true;
     return;
   }
   // The path so far was that of another object: nothing known in its frame holds for this one.
@@ -157,7 +155,7 @@ void ObjectState::restart_at_observation(const StereoObservation& observation, c
                                observation.features,
                                {identity_.to_origin_m, part_covariance(part_cam_m, camera.T_world_cam.rotation)}},
                               camera.T_world_cam);
-  identity_.frame_fixed = identity_.reconstructed = false;
+  identity_.reconstructed = false;
   identity_.area_m2 = identity_.width_m = 0.0;
   motion_.reset();
   box_.reset();

@@ -65,11 +65,11 @@ bool ObjectState::passes_innovation_gate(const sfm::BodyReconstruction::Expectat
 }
 
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera) {
-  if (identity_.frame_fixed &&
+  if (identity_.reconstructed &&
       is_observed_outside_box(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
     return;  // Its mask mostly lies on another object.
   }
-  if (identity_.frame_fixed) {
+  if (identity_.reconstructed) {
     // It begins at the predicted pose: its frame is as uncertain on the object.
     const Matrix6d axes = adjoint(Se3{identity_.T_world_obj.rotation.transpose(), Eigen::Vector3d::Zero()});
     identity_.drift_covariance = drift_covariance() + axes * life_.covariance * axes.transpose();

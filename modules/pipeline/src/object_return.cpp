@@ -34,8 +34,8 @@ bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed
 
 std::optional<double> ObjectState::position_evidence(const StereoObservation& observation, const Track& redetected,
                                                      const CameraState& camera) const {
-  const bool is_hidden = !life_.in_view || is_mostly_occluded();
-  if (!life_.has_position || !is_reid_candidate(redetected, is_hidden ? 0 : kMissedInView_ns)) {
+  const bool is_hidden = !is_in_view() || is_mostly_occluded();
+  if (!has_position() || !is_reid_candidate(redetected, is_hidden ? 0 : kMissedInView_ns)) {
     return std::nullopt;
   }
   const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
@@ -50,7 +50,7 @@ std::optional<double> ObjectState::position_evidence(const StereoObservation& ob
 
 std::optional<double> ObjectState::bearing_evidence(const Track& redetected, const CameraState& camera) const {
   const tracking::ObjectPrediction expected = predict_direction(camera.T_world_cam);
-  if (life_.has_position || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known ||
+  if (has_position() || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known ||
       expected.depth_m <= 0.0) {
     return std::nullopt;
   }
@@ -64,10 +64,10 @@ std::optional<double> ObjectState::bearing_evidence(const Track& redetected, con
 void ObjectState::continue_from(ObjectState& earlier) {
   life_.track.id = earlier.life_.track.id;
   life_.confirmed = earlier.life_.confirmed;
-  if (!earlier.life_.has_position) {
+  if (!earlier.has_position()) {
     return;  // Only its identity is known.
   }
-  life_.has_position = true;
+  life_.status = earlier.life_.status;
   identity_ = earlier.identity_;
   identity_.drift_covariance = earlier.drift_covariance();
   std::swap(box_, earlier.box_);

@@ -77,7 +77,6 @@ void ObjectState::begin(const Track& track) {
 
 void ObjectState::set_dormant(const Track& track) noexcept {
   life_.track = track;
-  life_.identity_switched = false;
   life_.provisional = false;
   life_.matched_run.reset();
   // The detection of this frame showed another object.
@@ -90,13 +89,12 @@ void ObjectState::restart_path() noexcept {
   identity_.filter.reset();
   path_restarts_ = true;
   if (!body_.active()) {
-    life_.has_position = false;
     life_.status = BodyStatus::kInitializing;
   }
 }
 
 tracking::ObjectPrediction ObjectState::prediction(std::int64_t timestamp_ns, const Se3& T_world_cam) const {
-  if (!life_.has_position) {
+  if (!has_position()) {
     return predict_direction(T_world_cam);
   }
   objects::UncertainPose expected{.T_world_obj = identity_.T_world_obj};
@@ -174,7 +172,7 @@ void ObjectState::measure_visible_fraction(const CameraState& camera) {
   frame_.visible_fraction = 1.F;
   frame_.area_before_m2 = identity_.area_m2;
   const double depth_m = visible_center_in_camera_m(camera).z();
-  if (!life_.has_position || life_.track.missed_frames > 0 || is_truncated() || depth_m <= 0.0) {
+  if (!has_position() || life_.track.missed_frames > 0 || is_truncated() || depth_m <= 0.0) {
     return;
   }
   const double m_per_px = depth_m / std::sqrt(geometry_.fx_px * geometry_.fy_px);
@@ -195,7 +193,6 @@ bool ObjectState::initialise_position(const StereoObservation& observation, cons
   }
   identity_.T_world_obj = {Eigen::Matrix3d::Identity(), camera.T_world_cam * position_in_camera(geometry_, center)};
   identity_.to_origin_m = identity_.T_world_obj.translation - observed_m;
-  life_.has_position = true;
   return true;
 }
 
@@ -213,6 +210,12 @@ bool ObjectState::at_rest() const noexcept {
   const trajectory::MotionEstimate motion = motion_.at(0);
   return identity_.reconstructed && motion_.size() >= kMinRestSamples && !motion.apparently_moving &&
          motion.velocity_mps.norm() + kRestSigmas * std::sqrt(motion.apparent_covariance.trace()) < kMaxRestSpeed_mps;
+}
+
+bool ObjectState::is_in_view() const {
+  const Eigen::Vector3d p_cam = life_.T_obj_cam.inverse() * -identity_.to_origin_m;
+  const double u_px = geometry_.project(p_cam).x();
+  return p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
 }
 
 void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {
@@ -246,7 +249,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   begin_frame(track, frame.timestamp_ns, camera);
   const StereoObservation observation = observe_stereo(frame, labels, camera);
   frame_.observed_features = observation.features;
-  if (!life_.has_position && !initialise_position(observation, camera)) {
+  if (!has_position() && !initialise_position(observation, camera)) {
     record_direction(camera);
     return;
   }
@@ -255,10 +258,9 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     life_.provisional = false;
     life_.predicted.reset();
     identity_.reconstructed = true;
-    identity_.frame_fixed = true;
   } else {
     follow(observation, camera);
-    if (!life_.identity_switched && is_rigid() && camera.valid && observation.features >= min_points_ &&
+    if (!frame_.identity_switched && is_rigid() && camera.valid && observation.features >= min_points_ &&
         !(is_mostly_occluded() && identity_.reconstructed)) {
       // Enough points for a reconstruction, but no known ones that fit.
       begin_body(observation, camera);
@@ -266,7 +268,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
   }
   if (body_.active()) {
     FeatureFrame own_features = frame;
-    if (life_.identity_switched) {
+    if (frame_.identity_switched) {
       own_features.features = {};  // they belong to another object
     }
     body_.extend(own_features, track.label(), camera.valid ? &camera.T_world_cam.rotation : nullptr);
@@ -355,7 +357,7 @@ void ObjectState::push_motion(const CameraState& camera) {
 
 void ObjectState::conclude(const BundleSummary& refinement, const CameraState& camera,
                            const trajectory::Ground& ground) {
-  if (!life_.has_position) {
+  if (!has_position()) {
     return;
   }
   if (frame_.extended) {
@@ -367,11 +369,9 @@ void ObjectState::conclude(const BundleSummary& refinement, const CameraState& c
     life_.T_obj_cam = identity_.T_world_obj.inverse() * camera.T_world_cam;
   }
   const Eigen::Vector3d p_cam = visible_center_in_camera_m(camera);
-  const double u_px = geometry_.project(p_cam).x();
   if (life_.track.missed_frames == 0 && !is_truncated_or_occluded()) {
     identity_.width_m = life_.track.box_px.width() * p_cam.z() / geometry_.fx_px;
   }
-  life_.in_view = p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
   push_motion(camera);
   update_box(camera, ground);
 }

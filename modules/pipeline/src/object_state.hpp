@@ -40,9 +40,9 @@ class ObjectState {
   [[nodiscard]] const Track& track_before() const noexcept { return life_.track_before; }
   [[nodiscard]] bool confirmed() const noexcept { return life_.confirmed; }
   /// Its position has been known at least once.
-  [[nodiscard]] bool has_position() const noexcept { return life_.has_position; }
+  [[nodiscard]] bool has_position() const noexcept { return life_.status != BodyStatus::kInitializing; }
   /// The track is where this object cannot be: it has switched to another object.
-  [[nodiscard]] bool identity_switched() const noexcept { return life_.identity_switched; }
+  [[nodiscard]] bool identity_switched() const noexcept { return frame_.identity_switched; }
 
   void begin(const Track& track);
   /// Predicted image position of the object's origin at `timestamp_ns`, given the camera at that time. Only its
@@ -92,7 +92,7 @@ class ObjectState {
   [[nodiscard]] BodyStatus status() const noexcept { return life_.status; }
   /// Without pixels, and lost or predicted outside the image: not reported.
   [[nodiscard]] bool is_out_of_view() const noexcept {
-    return life_.track.area_px == 0 && (life_.status == BodyStatus::kLost || !life_.in_view);
+    return life_.track.area_px == 0 && (life_.status == BodyStatus::kLost || !is_in_view());
   }
   [[nodiscard]] FrameChange frame_change() const noexcept { return frame_.change; }
   /// Drift of its frame on its points since it was fixed, and error of guesses at restarts: covariance of a left
@@ -112,9 +112,9 @@ class ObjectState {
   struct Identity {
     explicit Identity(const objects::MotionFilter& unstarted) : filter(unstarted) {}
 
-    bool frame_fixed = false;    ///< Its axes and origin are fixed by a reconstruction and never move again.
-    bool reconstructed = false;  ///< Has been tracked by its reconstruction since it was last restarted.
-    bool has_moved = false;      ///< Has been found moving.
+    /// Has been tracked by its reconstruction since it was last restarted: this has fixed its axes and origin.
+    bool reconstructed = false;
+    bool has_moved = false;  ///< Has been found moving.
     /// Probability of moving, by the path of its reconstruction. Before there is one the object is rather followed as
     /// moving: a filter at rest would lag behind.
     double moving_probability = 0.95;
@@ -136,9 +136,6 @@ class ObjectState {
     Track track_before;
     bool confirmed = false;
     bool ended = false;
-    bool identity_switched = false;
-    bool has_position = false;  ///< Its position has been known.
-    bool in_view = true;        ///< Its predicted position lies in the image.
     BodyStatus status = BodyStatus::kInitializing;
     int frames = 0;
     std::int64_t timestamp_ns = 0;
@@ -155,6 +152,7 @@ class ObjectState {
   /// State of this frame.
   struct Frame {
     bool extended = false;
+    bool identity_switched = false;
     FrameChange change = FrameChange::kNone;  ///< Of several, the greatest.
     int observed_features = 0;                ///< By stereo.
     double area_before_m2 = 0.0;
@@ -189,6 +187,8 @@ class ObjectState {
   [[nodiscard]] bool is_mostly_occluded() const noexcept {
     return std::min(life_.track.visible_part, frame_.visible_fraction) < kClearlyVisible;
   }
+  /// The centre of its visible part lies in the image's columns, at the end of the last frame.
+  [[nodiscard]] bool is_in_view() const;
   /// Updates the track and the time since the previous frame.
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
   /// Visible fraction of its recent area: an occluder need not be a tracked object.

@@ -124,11 +124,11 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
   double best =
       kLogPredictionFailure + evidence_at(failed_prediction(mask, instance.track.box_px, width_px_, height_px_));
   // The mask lacks what the image border or an unknown occluder has hidden; the box has it.
-  const ImageExtent& extent = instance.prediction.extent;
-  if (extent.known) {
-    best = std::max(best, evidence_at(box_at(extent, mask.occluded)));
+  const std::optional<ImageExtent>& extent = instance.prediction.extent;
+  if (extent) {
+    best = std::max(best, evidence_at(box_at(*extent, mask.occluded)));
   }
-  if (!extent.known || is_inside(extent, width_px_, height_px_)) {
+  if (!extent || is_inside(*extent, width_px_, height_px_)) {
     best = std::max(best, evidence_at(mask));
   }
   if (instance.track.missed_frames == 0 && instance.track.age_frames > 0) {
@@ -164,8 +164,8 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
   const ExpectedDisparity expected = expected_disparity(instance);
   const double as_predicted = position_evidence(instance, detection) +
                               disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples.size());
-  const PredictedVolume& volume = instance.prediction.volume;
-  return volume.known && !samples.empty() ? std::max(as_predicted, volume_evidence(volume, samples)) : as_predicted;
+  const std::optional<PredictedVolume>& volume = instance.prediction.volume;
+  return volume && !samples.empty() ? std::max(as_predicted, volume_evidence(*volume, samples)) : as_predicted;
 }
 
 double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,

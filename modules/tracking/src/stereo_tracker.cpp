@@ -263,7 +263,7 @@ bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
 }
 
 bool StereoTracker::is_assignable(const TrackInstance& instance) const noexcept {
-  const bool nearly_outside = instance.track.missed_frames > 0 && !instance.prediction.extent.known &&
+  const bool nearly_outside = instance.track.missed_frames > 0 && !instance.prediction.extent &&
                               instance.mask_part_in_image < kMinAssignableFraction;
   return !nearly_outside && instance.life != LifeState::kDormant;
 }

@@ -99,7 +99,7 @@ TEST(DisparityEvidence, OfFewFeaturesAllMayLieOnSomethingElse) {
 
 // Metres as pixels: x, y, disparity.
 TEST(VolumeEvidence, IsForPointsInsideAndAgainstPointsOutside) {
-  const PredictedVolume volume{.known = true, .half_size_m = {10.0, 5.0, 2.0}, .sigma_m = {0.5, 0.5, 0.5}};
+  const PredictedVolume volume{.half_size_m = {10.0, 5.0, 2.0}, .sigma_m = {0.5, 0.5, 0.5}};
   const auto evidence_at = [&](const PredictedVolume& in, float x, float disparity_px) {
     const std::vector<DisparitySample> samples(4, DisparitySample{{x, 0.F}, disparity_px});
     return volume_evidence(in, samples);

@@ -1,5 +1,6 @@
 // Association by the extent of an object's box, which its mask shows only in part.
 #include <array>
+#include <optional>
 
 #include "mask_scene.hpp"
 
@@ -16,7 +17,7 @@ Shape rectangle(int x0, int y0, int x1, int y1) {
 constexpr double kSigma_px = 6.0;
 
 /// Id of the track that is assigned the second of two consecutive detections, without features.
-std::uint32_t id_after(const Shape& before, const Shape& after, const ImageExtent& expected) {
+std::uint32_t id_after(const Shape& before, const Shape& after, const std::optional<ImageExtent>& expected) {
   TrackerScene scene({}, 0);
   for (int i = 0; i < 4; ++i) {
     scene.step(std::array{before});
@@ -45,14 +46,14 @@ TEST(Extent, AnObjectThatHasLeftTheImageTakesNothingAtItsBorder) {
 
 /// Stereo measurements in these columns, at any row, with disparities about 10 px.
 PredictedVolume columns(double x0, double x1) {
-  PredictedVolume volume{.known = true, .half_size_m = {0.5 * (x1 - x0), 500.0, 2.0}, .sigma_m = {1.0, 1.0, 0.1}};
+  PredictedVolume volume{.half_size_m = {0.5 * (x1 - x0), 500.0, 2.0}, .sigma_m = {1.0, 1.0, 0.1}};
   volume.T_box_stereo.topRightCorner<3, 1>() << -0.5 * (x0 + x1), 0.0, -10.0;
   return volume;
 }
 
 /// Id of the track that is assigned a new detection where no mask or box is predicted, with features that were on no
 /// track. The object's own features are lost.
-std::uint32_t id_of_part(const PredictedVolume& volume) {
+std::uint32_t id_of_part(const std::optional<PredictedVolume>& volume) {
   const Shape front = rectangle(100, 60, 300, 200);
   const Shape door = rectangle(330, 90, 370, 130);
   TrackerScene scene({}, 12);

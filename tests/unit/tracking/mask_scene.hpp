@@ -45,8 +45,7 @@ inline Shape shifted(Shape shape, double dx, double dy = 0.0) {
 [[nodiscard]] inline ImageExtent extent_of(const Shape& shape, double sigma_px) {
   const Eigen::Vector2d centre_px(shape.x + 0.5, shape.y + 0.5);
   const Eigen::Vector2d half_px(shape.half_width + 0.5, shape.half_height + 0.5);
-  return {.known = true,
-          .low_px = centre_px - half_px,
+  return {.low_px = centre_px - half_px,
           .high_px = centre_px + half_px,
           .low_sigma_px = Eigen::Vector2d::Constant(sigma_px),
           .high_sigma_px = Eigen::Vector2d::Constant(sigma_px)};

@@ -1,13 +1,14 @@
 // Predicted image position of an object, from its trajectory.
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
 
 namespace kinetrace::tracking {
 
 /// Bounding rectangle of an object in the image, parts outside the image included; sides as PixelBox has them.
 struct ImageExtent {
-  bool known = false;
   Eigen::Vector2d low_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d high_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d low_sigma_px = Eigen::Vector2d::Zero();
@@ -16,7 +17,6 @@ struct ImageExtent {
 
 /// The space that an object occupies, as a region of stereo measurements.
 struct PredictedVolume {
-  bool known = false;
   /// Homogeneous; from (u_left, v, disparity, 1), px, to the axes of its box with the origin at the centre, m.
   Eigen::Matrix4d T_box_stereo = Eigen::Matrix4d::Identity();
   Eigen::Vector3d half_size_m = Eigen::Vector3d::Zero();
@@ -36,8 +36,8 @@ struct ObjectPrediction {
   bool direction_only = false;
   double disparity_px = 0.0;  ///< Of the centre of its visible part; 0: not known.
   double disparity_sigma_px = 0.0;
-  ImageExtent extent = {};  ///< Of its box.
-  PredictedVolume volume = {};
+  std::optional<ImageExtent> extent = {};  ///< Of its box.
+  std::optional<PredictedVolume> volume = {};
 };
 
 }  // namespace kinetrace::tracking
