@@ -76,9 +76,6 @@ void ObjectState::update_box(const CameraState& camera, const trajectory::Ground
     frame.points = {&visible_center, 1};
     frame.disparity_sigma_px = kObservedDisparitySigma_px;
   }
-  if (life_.status != BodyStatus::kTracked && life_.status != BodyStatus::kStereoOnly) {
-    frame.edges.reset();  // Its pose is too uncertain.
-  }
   box_.update(frame);
   update_reference_point();
 }

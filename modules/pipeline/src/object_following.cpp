@@ -18,9 +18,8 @@ constexpr double kPathSigma_m = 0.02;
 constexpr double kEvidenceCorrelation_s = 0.4;
 /// Moving or rest is decided once the probability of the other is below this.
 constexpr double kMaxOtherModelProbability = 0.05;
-constexpr double kMaxEvidence = 7.0;   // Upper bound of the evidence, log odds: one to a thousand.
-constexpr int kMinSwitchFeatures = 3;  // Fewer features may belong to another object.
-constexpr int kMaxRejections = 3;      // Measurements in a row: then the object is elsewhere.
+constexpr double kMaxEvidence = 7.0;  // Upper bound of the evidence, log odds: one to a thousand.
+constexpr int kMaxRejections = 3;     // Measurements in a row: then the object is elsewhere.
 constexpr double kOutlineSigma_m = 0.03;
 /// Of the upper end of a person's outline: of a tenth of a network's masks of rendered people it is off by more.
 constexpr double kOutlineTopSigma_m = 0.2;
@@ -59,13 +58,7 @@ void ObjectState::update_moving_probability() noexcept {
   if (motion_.size() < trajectory::ObjectMotion::kMinSamples) {
     return;
   }
-  const trajectory::MotionEstimate current = motion_.at(0);
-  const std::size_t centered_age = motion_.centered_age();
-  const trajectory::MotionEstimate recent = motion_.at(centered_age);
-  // The velocity a few frames ago has samples on both sides and is mostly more certain.
-  const bool is_recent_more_certain = motion_.size() >= centered_age + trajectory::ObjectMotion::kMinSamples &&
-                                      recent.apparent_covariance.trace() < current.apparent_covariance.trace();
-  const trajectory::MotionEstimate& motion = is_recent_more_certain ? recent : current;
+  const trajectory::MotionEstimate motion = motion_.at(0);
   const double evidence = std::clamp(objects::moving_evidence(motion.velocity_mps, motion.apparent_covariance),
                                      -kMaxEvidence, kMaxEvidence);
   const double before =
@@ -117,7 +110,7 @@ bool ObjectState::update_filter_by_position(const StereoObservation& observation
     life_.provisional = false;
     return true;
   }
-  frame_.identity_switched = life_.provisional && observation.agreeing >= kMinSwitchFeatures;
+  frame_.identity_switched = life_.provisional;
   if (frame_.identity_switched || ++life_.rejections < kMaxRejections) {
     return false;
   }
@@ -217,11 +210,8 @@ Eigen::Matrix3d ObjectState::hidden_covariance(double visible_width_m) const {
 }
 
 void ObjectState::update_status(bool is_located) noexcept {
-  const bool is_detected_at_rest = life_.track.missed_frames == 0 && identity_.filter.at_rest();
-  if (is_located || is_detected_at_rest) {
-    life_.predicted.reset();  // An object detected where it is expected is not lost, however little of it is visible.
-  }
   if (is_located) {
+    life_.predicted.reset();
     life_.status = BodyStatus::kStereoOnly;
     return;
   }

@@ -9,13 +9,11 @@
 namespace kinetrace::pipeline {
 namespace {
 
-constexpr double kPoseGate = 36.0;            // Chi-square with six degrees of freedom.
-constexpr double kMaxOutsideBox_m = 2.0;      // A point outside the box by more than this,
-constexpr double kMaxOutsideBoxSigmas = 4.0;  // plus this many of stereo depth, is on another object.
+constexpr double kPoseGate = 36.0;  // Chi-square with six degrees of freedom.
 
 }  // namespace
 
-bool ObjectState::locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera) {
+bool ObjectState::locate(const FeatureFrame& frame, const CameraState& camera) {
   if (!is_rigid() || !body_.active()) {
     return false;
   }
@@ -24,24 +22,11 @@ bool ObjectState::locate(const FeatureFrame& frame, const StereoObservation& obs
       !camera.valid) {
     return false;
   }
-  if (is_observed_outside_box(observation, body_.estimate().T_body_cam) ||
-      (expected && !passes_innovation_gate(*expected))) {
+  if (expected && !passes_innovation_gate(*expected)) {
     body_.refuse_pose();
     return false;
   }
   return true;
-}
-
-bool ObjectState::is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const {
-  if (observation.agreeing < config_.stereo_only_min_features || 2 * observation.agreeing < observation.features) {
-    return false;
-  }
-  const Eigen::Vector3d seen_cam_m = position_in_camera(geometry_, observation);
-  const Eigen::Vector3d seen_obj_m = T_obj_cam * seen_cam_m;
-  const Eigen::Vector3d off_m = box_.known() ? offset_from(box_.box_in_object(), seen_obj_m)
-                                             : Eigen::Vector3d(seen_obj_m + identity_.to_origin_m);
-  const double depth_sigma_m = geometry_.depth_sigma_m(seen_cam_m.z(), kObservedDisparitySigma_px);
-  return off_m.norm() > kMaxOutsideBox_m + kMaxOutsideBoxSigmas * depth_sigma_m;
 }
 
 std::optional<sfm::BodyReconstruction::Expectation> ObjectState::expected_pose(const CameraState& camera) const {
@@ -65,10 +50,6 @@ bool ObjectState::passes_innovation_gate(const sfm::BodyReconstruction::Expectat
 }
 
 void ObjectState::begin_body(const StereoObservation& observation, const CameraState& camera) {
-  if (identity_.reconstructed &&
-      is_observed_outside_box(observation, identity_.T_world_obj.inverse() * camera.T_world_cam)) {
-    return;  // Its mask mostly lies on another object.
-  }
   if (identity_.reconstructed) {
     // It begins at the predicted pose: its frame is as uncertain on the object.
     const Matrix6d axes = adjoint(Se3{identity_.T_world_obj.rotation.transpose(), Eigen::Vector3d::Zero()});

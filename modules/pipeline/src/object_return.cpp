@@ -9,9 +9,6 @@
 namespace kinetrace::pipeline {
 namespace {
 
-// Minimum gap of an object in plain sight: after a shorter one a detection was only missed, and a new track is another
-// object.
-constexpr std::int64_t kMissedInView_ns = 300'000'000;
 /// Density of new objects: one per frame in the well observed volume, 50 m x 50 m x 2 m.
 constexpr double kNewObjectsPer_m3 = 1.0 / 5000.0;
 // Standard deviation of a direction, from the nearest pixel of a mask, and its growth by the camera's motion.
@@ -27,15 +24,14 @@ double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
 
 }  // namespace
 
-bool ObjectState::is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept {
+bool ObjectState::is_reid_candidate(const Track& redetected) const noexcept {
   return alive() && life_.confirmed && life_.track.class_id == redetected.class_id &&
-         life_.track.missed_ns > missed_ns && life_.track.missed_frames > redetected.age_frames;
+         life_.track.missed_frames > redetected.age_frames;
 }
 
 std::optional<double> ObjectState::position_evidence(const StereoObservation& observation, const Track& redetected,
                                                      const CameraState& camera) const {
-  const bool is_hidden = !is_in_view() || is_mostly_occluded();
-  if (!has_position() || !is_reid_candidate(redetected, is_hidden ? 0 : kMissedInView_ns)) {
+  if (!has_position() || !is_reid_candidate(redetected)) {
     return std::nullopt;
   }
   const Eigen::Vector3d p_cam = position_in_camera(geometry_, observation);
@@ -50,8 +46,7 @@ std::optional<double> ObjectState::position_evidence(const StereoObservation& ob
 
 std::optional<double> ObjectState::bearing_evidence(const Track& redetected, const CameraState& camera) const {
   const tracking::ObjectPrediction expected = predict_direction(camera.T_world_cam);
-  if (has_position() || !is_reid_candidate(redetected, kMissedInView_ns) || !expected.known ||
-      expected.depth_m <= 0.0) {
+  if (has_position() || !is_reid_candidate(redetected) || !expected.known || expected.depth_m <= 0.0) {
     return std::nullopt;
   }
   const double unseen_s = 1e-9 * static_cast<double>(life_.timestamp_ns - life_.matched_timestamp_ns);

@@ -253,7 +253,7 @@ void ObjectState::observe(const Track& track, const FeatureFrame& frame, LabelVi
     record_direction(camera);
     return;
   }
-  if (locate(frame, observation, camera)) {
+  if (locate(frame, camera)) {
     life_.status = BodyStatus::kTracked;
     life_.provisional = false;
     life_.predicted.reset();

@@ -61,8 +61,7 @@ class ObjectState {
   [[nodiscard]] StereoObservation observe_stereo(const FeatureFrame& frame, LabelView labels,
                                                  const CameraState& camera) const;
   /// Log-likelihood ratio of `observation`, of the new track `redetected`, showing this lost object, against a new one.
-  /// Nothing if this one has no position, is of another class, was still detected when the new track already was, or
-  /// was missed too briefly in plain sight.
+  /// Nothing if this one has no position, is of another class, or was still detected when the new track already was.
   [[nodiscard]] std::optional<double> position_evidence(const StereoObservation& observation, const Track& redetected,
                                                         const CameraState& camera) const;
   /// The same for an object of which only the direction is known, by the mask of `redetected`.
@@ -193,8 +192,8 @@ class ObjectState {
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
   /// Visible fraction of its recent area: an occluder need not be a tracked object.
   void measure_visible_fraction(const CameraState& camera);
-  /// `redetected` is of its class and began after its last detection, which is longer than `missed_ns` ago.
-  [[nodiscard]] bool is_reid_candidate(const Track& redetected, std::int64_t missed_ns) const noexcept;
+  /// `redetected` is of its class and began after its last detection.
+  [[nodiscard]] bool is_reid_candidate(const Track& redetected) const noexcept;
   /// Prediction of an object too far away for stereo: its last direction, if only the camera's rotation moves it in the
   /// image.
   [[nodiscard]] tracking::ObjectPrediction predict_direction(const Se3& T_world_cam) const;
@@ -202,9 +201,7 @@ class ObjectState {
   [[nodiscard]] bool initialise_position(const StereoObservation& observation, const CameraState& camera);
 
   // Pose by the reconstruction.
-  [[nodiscard]] bool locate(const FeatureFrame& frame, const StereoObservation& observation, const CameraState& camera);
-  /// Most stereo points on its mask would be clearly outside its box at this pose.
-  [[nodiscard]] bool is_observed_outside_box(const StereoObservation& observation, const Se3& T_obj_cam) const;
+  [[nodiscard]] bool locate(const FeatureFrame& frame, const CameraState& camera);
   /// Pose predicted by the filter. Nothing before its path determines the motion.
   [[nodiscard]] std::optional<sfm::BodyReconstruction::Expectation> expected_pose(const CameraState& camera) const;
   /// Whether the pose of the reconstruction lies within the gate of the predicted one (chi-square).

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "association_cost.hpp"
 #include "expectations.hpp"
@@ -18,8 +19,6 @@ constexpr double kPositionSigmaPerSecond = 0.4;
 constexpr double kMinPositionSigma_px = 1.0;
 /// Number of features that halves the uncertainty of its motion.
 constexpr double kFeaturesToHalveSigma = 4.0;
-/// Relative standard deviation where features and prediction are both wrong.
-constexpr double kFailedPredictionSigma = 0.3;
 /// Log prior of features and prediction both being wrong, for an object detected in the previous frame.
 constexpr double kLogPredictionFailure = -3.0;
 
@@ -70,14 +69,6 @@ BoxPrediction mask_box(const TrackInstance& instance, double missed_s, int width
   return mask;
 }
 
-/// The same, where features or trajectory follow another object.
-BoxPrediction failed_prediction(BoxPrediction mask, const PixelBox& last, int width_px, int height_px) {
-  const Eigen::Vector2d size_px = reference_size_px(mask, last, width_px, height_px);
-  mask.position_sigma_px = (kFailedPredictionSigma * size_px).cwiseMax(mask.position_sigma_px);
-  mask.size_sigma = std::max(kFailedPredictionSigma, mask.size_sigma);
-  return mask;
-}
-
 /// Disparity of the object: predicted, or else last measured.
 struct ExpectedDisparity {
   double mean_px = 0.0;  ///< 0: not known.
@@ -121,8 +112,7 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
   const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
   BoxPrediction mask = mask_box(instance, std::max(missed_s, 0.0), width_px_, height_px_);
   mask.occluded = 1.0 - unoccluded;
-  double best =
-      kLogPredictionFailure + evidence_at(failed_prediction(mask, instance.track.box_px, width_px_, height_px_));
+  double best = -std::numeric_limits<double>::infinity();
   // The mask lacks what the image border or an unknown occluder has hidden; the box has it.
   const std::optional<ImageExtent>& extent = instance.prediction.extent;
   if (extent) {

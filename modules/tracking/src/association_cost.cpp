@@ -131,8 +131,7 @@ double box_evidence(const BoxPrediction& predicted, const PixelBox& detected, in
     }
   }
   const auto shown = static_cast<double>(count) * std::log(1.0 - occluded);
-  const double partly = truncated + shown + log_density(std::span(measured).first(count), predicted);
-  const double whole = static_cast<double>(edges.size()) * std::log(1.0 - occluded) + log_density(edges, predicted);
+  const double this_object = truncated + shown + log_density(std::span(measured).first(count), predicted);
   // A new object: uniform position, log-uniform sizes. A censored edge contributes no factor.
   const double per_axis[2] = {-std::log(static_cast<double>(width_px)) - std::log(kLogSizeRange * detected.width()),
                               -std::log(static_cast<double>(height_px)) - std::log(kLogSizeRange * detected.height())};
@@ -142,7 +141,7 @@ double box_evidence(const BoxPrediction& predicted, const PixelBox& detected, in
         std::count_if(edges.begin(), edges.end(), [axis](const Edge& edge) { return edge.axis == axis; });
     new_object += 0.5 * static_cast<double>(on_axis) * per_axis[axis];
   }
-  return std::max(whole, partly) - new_object;
+  return this_object - new_object;
 }
 
 double feature_evidence(double on_detection, int total) {

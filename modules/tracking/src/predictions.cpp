@@ -11,8 +11,6 @@
 namespace kinetrace::tracking {
 namespace {
 
-/// Maximum growth of a mask from its last observation to its prediction.
-constexpr double kMaxPredictionScale = 3.0;
 /// Position for masks of objects behind the camera or too near.
 constexpr double kFarOutsidePx = 1e6;
 /// Features measure the change of scale to .3 px over their spread times the root of their number: at this bound as
@@ -45,10 +43,8 @@ void StereoTracker::predict(std::span<const Feature> features) {
   }
 }
 
-bool StereoTracker::may_follow_occluder(const TrackInstance& instance) const noexcept {
-  const bool missed = instance.track.missed_frames > 0;
-  return instance.prediction.known &&
-         (instance.missed.exceeds(kMaxFeatureGap_ns) || (missed && is_out_of_view(instance)));
+bool StereoTracker::may_follow_occluder(const TrackInstance& instance) noexcept {
+  return instance.prediction.known && instance.missed.exceeds(kMaxFeatureGap_ns);
 }
 
 double StereoTracker::expected_growth(const TrackInstance& instance) noexcept {
@@ -107,9 +103,7 @@ bool StereoTracker::place_mask_by_prediction(TrackInstance& instance) noexcept {
   if (now.direction_only) {
     return place(1.0);
   }
-  const bool too_near = then.depth_m <= kMinPredictionDepth_m || now.depth_m <= kMinPredictionDepth_m ||
-                        now.depth_m <= then.depth_m / kMaxPredictionScale;
-  if (!too_near) {
+  if (std::min(then.depth_m, now.depth_m) > kMinPredictionDepth_m) {
     return place(then.depth_m / now.depth_m);
   }
   // It passes close by: while it is detected, its last motion is the better prediction.

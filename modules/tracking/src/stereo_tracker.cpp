@@ -16,7 +16,6 @@ namespace {
 constexpr std::size_t kMaxFeaturesPerObject = 256;
 /// Minimum intersection over union of a detection that fits its prediction.
 constexpr double kMinMatchOverlap = 0.6;
-constexpr double kMinAssignableFraction = 0.2;
 /// Minimum part on the whole prediction of a detection that is a fragment of it.
 constexpr double kMinFragmentFraction = 0.5;
 /// An image larger than this is a mistake.
@@ -262,10 +261,8 @@ bool StereoTracker::is_behind_camera(const TrackInstance& instance) noexcept {
   return prediction.known && prediction.depth_m <= kMinPredictionDepth_m;
 }
 
-bool StereoTracker::is_assignable(const TrackInstance& instance) const noexcept {
-  const bool nearly_outside = instance.track.missed_frames > 0 && !instance.prediction.extent &&
-                              instance.mask_part_in_image < kMinAssignableFraction;
-  return !nearly_outside && instance.life != LifeState::kDormant;
+bool StereoTracker::is_assignable(const TrackInstance& instance) noexcept {
+  return instance.life != LifeState::kDormant;
 }
 
 bool StereoTracker::is_out_of_view(const TrackInstance& instance) const noexcept {

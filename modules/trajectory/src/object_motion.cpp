@@ -83,15 +83,6 @@ void ObjectMotion::revise(std::size_t age, const Se3& T_world_obj,
   }
 }
 
-std::size_t ObjectMotion::centered_age() const noexcept {
-  std::size_t age = 0;
-  while (age + 1 < size_ && seconds_between(entry(age).sample.timestamp_ns, entry(0).sample.timestamp_ns) <
-                                window_s_ - kTimestampJitter_s) {
-    ++age;
-  }
-  return age;
-}
-
 MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   MotionEstimate estimate;
   if (age >= size_) {

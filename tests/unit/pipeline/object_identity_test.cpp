@@ -53,28 +53,6 @@ TEST_F(ObjectStateTest, KeepsItsPosesApartInTimeWhenItsTrackPassesToSomethingEls
 }
 
 // Its mask reached beyond its edge, and its reconstruction began with the background behind it.
-TEST_F(ObjectStateTest, IsNotTrackedWhereMostOfItIsNotSeen) {
-  std::vector<Feature> behind = front({0.3, 0.2, 15.0});
-  object_.begin(track(box_of(behind)));
-  ObjectResult reported;
-  for (int frame = 0; frame < 12; ++frame) {
-    observe(object_, track(box_of(behind)), behind);
-  }
-  object_.report(reported);
-  ASSERT_EQ(reported.status, BodyStatus::kTracked);
-
-  std::vector<Feature> seen = of_another(front({0.3, 0.2, 7.0}));
-  seen.insert(seen.end(), behind.begin(), behind.begin() + 9);
-  bool is_replaced = false;
-  for (int frame = 0; frame < 8; ++frame) {
-    observe(object_, track(box_of(seen)), seen);
-    is_replaced = is_replaced || object_.frame_change() == FrameChange::kReplaced;
-  }
-  object_.report(reported);
-  EXPECT_TRUE(is_replaced);
-  EXPECT_NEAR(reported.T_world_obj.translation.z(), 7.0, 0.5);
-}
-
 TEST_F(ObjectStateTest, IsWhatIsSeenWithinReachOfItsPredictedBody) {
   const Eigen::Vector3d center_m(0.3, 0.2, 6.0);
   const std::vector<Feature> features = front(center_m);

@@ -253,22 +253,6 @@ TEST(ProximityPair, WhatIsAtAnotherDepthIsAnother) {
   EXPECT_EQ(id_at(kPerson.disparity_px - 4.0), 2U) << "farther away";
 }
 
-TEST(ProximityPair, FeaturesTakeASlipOnlySoFar) {
-  // Round, so that masks hardly overlap while boxes still do.
-  const Shape round{.x = 100.0, .y = 100.0, .half_width = 10.0, .half_height = 10.0, .ellipse = true};
-  const auto id_after = [&](double step_px) {
-    TrackerScene scene({}, 3);
-    for (int i = 0; i < 4; ++i) {
-      scene.step(std::array{round});
-    }
-    scene.detected = {false, true};
-    scene.step(std::array{round, moved(round, step_px)});
-    return scene.track_of(1) == nullptr ? 0 : scene.track_of(1)->id;
-  };
-  EXPECT_EQ(id_after(15.0), 1U);
-  EXPECT_EQ(id_after(30.0), 2U);
-}
-
 TEST(ProximityPair, WhatIsBehindTheCameraByNowIsNotBesideIt) {
   TrackerScene scene({}, 3);
   ObjectPrediction behind = prediction_of(kPerson);

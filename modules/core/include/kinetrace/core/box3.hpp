@@ -38,14 +38,6 @@ struct Box3 {
   }
 };
 
-/// From the nearest point of the box to `point_m`, both in the frame of the box's pose; zero inside it.
-[[nodiscard]] inline Eigen::Vector3d offset_from(const Box3& box, const Eigen::Vector3d& point_m) {
-  const Eigen::Matrix3d axes = box.rotation();
-  const Eigen::Vector3d at_m = axes.transpose() * (point_m - box.center_m);
-  const Eigen::Vector3d half_m = 0.5 * box.size_m;
-  return axes * (at_m - at_m.cwiseMax(-half_m).cwiseMin(half_m));
-}
-
 /// Standard deviations of a box. Extents on a side that was never observed have those of the object's class.
 struct Box3Sigma {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< Along the length, down, across.

@@ -125,11 +125,10 @@ class StereoTracker {
   [[nodiscard]] static bool place_mask_by_prediction(TrackInstance& instance) noexcept;
   /// Outside the image or occluded by other tracks: no detection is expected.
   [[nodiscard]] bool is_out_of_view(const TrackInstance& instance) const noexcept;
-  /// False for a dormant track, and for an undetected one nearly outside the image of which only the mask is known: a
-  /// detection there initiates a new track.
-  [[nodiscard]] bool is_assignable(const TrackInstance& instance) const noexcept;
+  /// False for a dormant track: re-identification alone assigns it a detection.
+  [[nodiscard]] static bool is_assignable(const TrackInstance& instance) noexcept;
   /// The features of an occluded track may lie on the occluder, which moves differently.
-  [[nodiscard]] bool may_follow_occluder(const TrackInstance& instance) const noexcept;
+  [[nodiscard]] static bool may_follow_occluder(const TrackInstance& instance) noexcept;
   /// Whether this many features on the visible part determine the change of scale; on an unoccluded mask any do.
   [[nodiscard]] static bool is_scale_observable(const TrackInstance& instance, std::size_t features) noexcept;
   /// Change of scale into this frame where features do not determine it: by the predicted depths, or else the last one,

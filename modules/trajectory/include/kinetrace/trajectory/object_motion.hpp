@@ -64,8 +64,6 @@ class ObjectMotion {
   void set_disparity_sigma(double sigma_px) noexcept { disparity_sigma_px_ = sigma_px; }
   /// Replaces the pose of `age` frames ago; ages beyond size() are ignored.
   void revise(std::size_t age, const Se3& T_world_obj, const Eigen::Matrix3d& position_covariance) noexcept;
-  /// The newest age whose window has all frames on both sides, if as many are in the ring.
-  [[nodiscard]] std::size_t centered_age() const noexcept;
   /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where it is
   /// significant. Significance is that of the velocity vector (root of its chi-square against zero), so that an
   /// uncertain depth does not mask a certain lateral motion. Hysteresis: an object whose sample or predecessor was
