@@ -77,8 +77,9 @@ void FixedLagResults::smooth_paths(std::span<ObjectState> objects) {
         continue;
       }
       ObjectState& object = objects[entry.slot];
-      const bool at_rest = object.track().id == track_id && object.at_rest();
-      if (const std::optional<PathEnd> end = paths_.smooth(ring_, pending_, track_id, age, at_rest)) {
+      const PathObject of_path =
+          object.track().id == track_id ? PathObject{object.at_rest(), object.reconstructed()} : PathObject{};
+      if (const std::optional<PathEnd> end = paths_.smooth(ring_, pending_, track_id, age, of_path)) {
         object.reinitialise_filter(end->T_world_obj, end->velocity);
       }
     }

@@ -214,8 +214,9 @@ bool ObjectState::at_rest() const noexcept {
 
 bool ObjectState::is_in_view() const {
   const Eigen::Vector3d p_cam = life_.T_obj_cam.inverse() * -identity_.to_origin_m;
-  const double u_px = geometry_.project(p_cam).x();
-  return p_cam.z() > 0.0 && u_px >= 0.0 && u_px < geometry_.width_px;
+  const Eigen::Vector3d uv_px = geometry_.project(p_cam);
+  return p_cam.z() > 0.0 && uv_px.x() >= 0.0 && uv_px.x() < geometry_.width_px && uv_px.y() >= 0.0 &&
+         uv_px.y() < geometry_.height_px;
 }
 
 void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {

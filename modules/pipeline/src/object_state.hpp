@@ -88,6 +88,8 @@ class ObjectState {
 
   [[nodiscard]] sfm::BodyReconstruction& body() noexcept { return body_; }
   [[nodiscard]] const sfm::BodyReconstruction& body() const noexcept { return body_; }
+  /// Has been tracked by its reconstruction since its path began.
+  [[nodiscard]] bool reconstructed() const noexcept { return identity_.reconstructed; }
   [[nodiscard]] BodyStatus status() const noexcept { return life_.status; }
   /// Without pixels, and lost or predicted outside the image: not reported.
   [[nodiscard]] bool is_out_of_view() const noexcept {
@@ -186,7 +188,7 @@ class ObjectState {
   [[nodiscard]] bool is_mostly_occluded() const noexcept {
     return std::min(life_.track.visible_part, frame_.visible_fraction) < kClearlyVisible;
   }
-  /// The centre of its visible part lies in the image's columns, at the end of the last frame.
+  /// The centre of its visible part lies in the image, at the end of the last frame.
   [[nodiscard]] bool is_in_view() const;
   /// Updates the track and the time since the previous frame.
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);

@@ -49,22 +49,25 @@ bool TrajectoryBuffer::ends_at(ResultRing& ring, std::uint32_t track_id, std::si
 }
 
 std::optional<PathEnd> TrajectoryBuffer::smooth(ResultRing& ring, std::size_t pending, std::uint32_t track_id,
-                                                std::size_t age, bool at_rest) noexcept {
+                                                std::size_t age, const PathObject& object) noexcept {
   const std::size_t end_age = beginning_of(ring, track_id, age) + 1;
   const std::span<trajectory::PathNode> path = nodes_.first(end_age - newest_of_point(ring, track_id, age));
   const std::int64_t duration_ns =
       ring.frame(end_age - path.size()).timestamp_ns - ring.frame(end_age - 1).timestamp_ns;
   const std::int64_t interval_ns = duration_ns / std::max<std::int64_t>(static_cast<std::int64_t>(path.size()) - 1, 1);
+  const std::size_t finalised = end_age > pending ? end_age - pending : 0;
+  // Fixed poses that are uncertain would keep their error: later ones, each with little weight, hardly change the path.
+  // A smoothed pose instead counts as one measurement, since it contains those before it.
+  const std::size_t fixed = object.reconstructed ? finalised : 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const BufferedFrame& kept = ring.frame(end_age - 1 - i);
-    const ObjectResult& object = kept.find(track_id)->result;
-    path[i] = {kept.timestamp_ns, object.T_world_obj, object.covariance, object.T_world_obj};
-    if (object.status != BodyStatus::kTracked) {
+    const ObjectResult& result = kept.find(track_id)->result;
+    path[i] = {kept.timestamp_ns, result.T_world_obj, result.covariance, result.T_world_obj};
+    if (result.status != BodyStatus::kTracked && i >= finalised) {
       path[i].covariance *= samples_per_correlation_time(interval_ns);
     }
   }
-  const std::size_t finalised = end_age > pending ? end_age - pending : 0;
-  smoother_.smooth(path, finalised, at_rest);
+  smoother_.smooth(path, fixed, object.at_rest);
   for (std::size_t i = finalised; i < end_age - age; ++i) {
     ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
   }

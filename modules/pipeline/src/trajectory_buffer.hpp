@@ -22,6 +22,12 @@ struct PathEnd {
   Vector6d velocity = Vector6d::Zero();  ///< In the body's own axes (rad/s, m/s).
 };
 
+/// The object of a path.
+struct PathObject {
+  bool at_rest = false;
+  bool reconstructed = true;  ///< Otherwise final poses are as uncertain as later ones.
+};
+
 /// An object's path is cut where its frame changes. Before a refined frame, the older part refers to the same point: it
 /// is smoothed towards the newer part, but does not influence it, whose motion follows from the reconstructed points. A
 /// replaced frame leaves two paths.
@@ -36,7 +42,7 @@ class TrajectoryBuffer {
   /// Smooths the path that ends at `age`, in its frames younger than `pending`; the parts of a path from the newest to
   /// the oldest. Returns the end of the newest part, once it is long enough.
   std::optional<PathEnd> smooth(ResultRing& ring, std::size_t pending, std::uint32_t track_id, std::size_t age,
-                                bool at_rest) noexcept;
+                                const PathObject& object) noexcept;
 
  private:
   trajectory::TrajectorySmoother smoother_;

@@ -1,5 +1,7 @@
 #include "trajectory_buffer.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -51,11 +53,41 @@ class TrajectoryBufferTest : public ::testing::Test {
     std::optional<PathEnd> newest;
     for (std::size_t age = 0; age < pending; ++age) {
       if (TrajectoryBuffer::ends_at(ring_, kTrack, age)) {
-        const std::optional<PathEnd> end = paths_.smooth(ring_, pending, kTrack, age, false);
+        const std::optional<PathEnd> end = paths_.smooth(ring_, pending, kTrack, age, {});
         newest = age == 0 ? end : newest;
       }
     }
     return newest;
+  }
+
+  /// Error of the newest pose, frame by frame, of an object without a reconstruction. Its first positions are 3 m off.
+  std::vector<double> errors_of_long_path(const PathObject& object) {
+    constexpr std::size_t kPending = kFrames - 2;
+    std::vector<double> errors_m;
+    for (std::size_t frame = 0; frame < 60; ++frame) {
+      if (ring_.full()) {
+        ring_.pop_oldest();
+      }
+      BufferedFrame& kept = ring_.push();
+      kept.timestamp_ns = static_cast<std::int64_t>(frame) * 100'000'000;
+      BufferedObject& entry = kept.objects[kept.object_count++];
+      entry = {};
+      entry.result.track_id = kTrack;
+      entry.result.status = BodyStatus::kStereoOnly;
+      Se3 measured = truth(frame);
+      measured.translation.z() += 3.0 * std::exp(-0.2 * static_cast<double>(frame));
+      entry.result.T_obj_cam = measured.inverse();
+      entry.result.covariance = covariance(1.0, 1.0);
+      const std::size_t pending = std::min(kPending, ring_.size());
+      for (std::size_t age = 0; age < pending; ++age) {
+        ObjectResult& result = ring_.frame(age).find(kTrack)->result;
+        result.T_world_obj = result.T_obj_cam.inverse();
+      }
+      paths_.smooth(ring_, pending, kTrack, 0, object);
+      errors_m.push_back(
+          (ring_.frame(0).find(kTrack)->result.T_world_obj.translation - truth(frame).translation).norm());
+    }
+    return errors_m;
   }
 
   const ObjectResult& reported(std::size_t frame) { return ring_.frame(kFrames - 1 - frame).find(kTrack)->result; }
@@ -108,6 +140,13 @@ TEST_F(TrajectoryBufferTest, PosesWithoutAReconstructionCountAsTheFewThatAreInde
     return off_m(0);
   };
   EXPECT_LT(off_after(BodyStatus::kStereoOnly), 0.5 * off_after(BodyStatus::kTracked));
+}
+
+TEST_F(TrajectoryBufferTest, WithoutAReconstructionAPathForgetsTheErrorOfItsFirstPoses) {
+  const std::vector<double> errors_m = errors_of_long_path({.reconstructed = false});
+  for (std::size_t frame = 30; frame < errors_m.size(); ++frame) {
+    EXPECT_LT(errors_m[frame], 0.3) << frame;
+  }
 }
 
 TEST_F(TrajectoryBufferTest, ChangesNothingThatHasBeenPublished) {
