@@ -43,6 +43,7 @@ std::vector<Row> object_rows(const ObjectMetrics& run, const ObjectMetrics& agai
       {"motions missing", "", count(a.missing_motions), count(b.missing_motions)},
       {"distance from trajectory", "m", a.distance_m.mean(), b.distance_m.mean()},
       {"centre of the box", "m", a.center_m.mean(), b.center_m.mean()},
+      {"centre of moving people", "m", a.walking_distance_m.mean(), b.walking_distance_m.mean()},
       {"speed", "m/s", a.speed_mps.mean(), b.speed_mps.mean()},
       {"heading", "deg", a.heading_deg.mean(), b.heading_deg.mean()}};
 }

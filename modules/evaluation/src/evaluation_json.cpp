@@ -74,6 +74,7 @@ Json object_errors_json(const ObjectErrors& errors) {
           {"heading", errors_json(errors.heading_deg)},
           {"moving_found", value_of(percent(errors.found_moving_rows, errors.moving_rows))},
           {"walking_speed", errors_json(errors.walking_speed_mps)},
+          {"walking_distance", errors_json(errors.walking_distance_m)},
           {"walking_found", value_of(percent(errors.found_walking_rows, errors.walking_rows))}};
 }
 

@@ -111,6 +111,7 @@ void add_all_objects(Lines& lines, const ObjectMetrics& metrics, const ObjectCon
              "rigid, within " + number(config.distance_range_m, 0) + " m");
   add_errors(lines, "  offset taken out", "m", all.offset_m, 3, std::to_string(all.offset_m.count()) + " tracks");
   add_errors(lines, "centre of the box", "m", all.center_m, 3);
+  add_errors(lines, "  of moving people", "m", all.walking_distance_m, 3);
   add_errors(lines, "speed", "m/s", all.speed_mps, 3);
   add_errors(lines, "  of people", "m/s", all.walking_speed_mps, 3);
   add_errors(lines, "heading", "deg", all.heading_deg, 2);

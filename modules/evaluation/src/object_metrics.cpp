@@ -146,6 +146,7 @@ void add_velocities(const std::vector<Observation>& timeline, const ObjectConfig
     const double speed_error_mps = std::abs(estimate.velocity_mps.norm() - velocity_mps.norm());
     if (!observation.truth->rigid) {
       errors.walking_speed_mps.add(speed_error_mps);
+      errors.walking_distance_m.add((estimate.box.center_m - observation.truth->center_m).norm());
       ++errors.walking_rows;
       errors.found_walking_rows += estimate.moving ? 1U : 0U;
       continue;
@@ -244,6 +245,7 @@ void add(const ObjectErrors& one, bool rigid, ObjectErrors& all) {
   all.moving_rows += one.moving_rows;
   all.found_moving_rows += one.found_moving_rows;
   all.walking_speed_mps.add(one.walking_speed_mps);
+  all.walking_distance_m.add(one.walking_distance_m);
   all.walking_rows += one.walking_rows;
   all.found_walking_rows += one.found_walking_rows;
 }

@@ -158,6 +158,7 @@ TEST(ObjectMetrics, ShowPeopleApartFromRigidObjects) {
   std::vector<ObjectFrame> scene = spoiled_scene([](TrackEstimate& estimate, int frame) {
     estimate.velocity_mps *= 0.9;
     estimate.moving = frame >= 5;
+    estimate.box.center_m.x() += 0.3;
   });
   for (ObjectFrame& frame : scene) {
     for (TrueObject& object : frame.truth) {
@@ -168,6 +169,7 @@ TEST(ObjectMetrics, ShowPeopleApartFromRigidObjects) {
   EXPECT_EQ(all.walking_rows, 20U);
   EXPECT_EQ(all.found_walking_rows, 15U);
   EXPECT_NEAR(all.walking_speed_mps.mean().value(), 0.1 * kCarSpeed_mps, 1e-9);
+  EXPECT_NEAR(all.walking_distance_m.mean().value(), 0.3, 1e-9);
   EXPECT_EQ(all.moving_rows, 0U);
   EXPECT_EQ(all.speed_mps.count(), 0U);
 }

@@ -105,6 +105,7 @@ struct ObjectErrors {
   std::size_t moving_rows = 0;  ///< Poses of moving rigid objects in range ...
   std::size_t found_moving_rows = 0;   ///< ... of these, those reported as moving.
   ErrorStatistics walking_speed_mps;   ///< Of moving objects that are not rigid, people above all.
+  ErrorStatistics walking_distance_m;  ///< Of their boxes' centres.
   std::size_t walking_rows = 0;        ///< Poses of these in range ...
   std::size_t found_walking_rows = 0;  ///< ... of these, those reported as moving.
 };
