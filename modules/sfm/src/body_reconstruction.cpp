@@ -98,7 +98,7 @@ void BodyReconstruction::begin(const Se3& T_body_cam, BodyStatus status) {
   estimate_ = BodyEstimate{};
   estimate_.covariance = covariance;
   estimate_.status = status;
-  estimate_.T_body_cam = T_body_cam;
+  estimate_.T_body_cam = T_body_cam_now_;  // the argument may be the former estimate's
   active_ = true;
 }
 

@@ -76,6 +76,14 @@ TEST(BodyReconstruction, TheFirstFrameIsWhereItWasBegun) {
   EXPECT_EQ(driver.body().history_size(), 1U);
 }
 
+TEST(BodyReconstruction, RestartsAtItsOwnEstimate) {
+  BodyDriver driver{BodyConfig{}};
+  const Se3 where = driven(3.0);
+  driver.body().begin(where);
+  driver.body().begin(driver.body().estimate().T_body_cam, BodyStatus::kPropagated);
+  EXPECT_LT(position_error_m(driver.body().estimate().T_body_cam, where), 1e-9);
+}
+
 TEST(BodyReconstruction, AFirstFrameWithoutFeaturesIsStillAFrame) {
   SyntheticWorld world({.background_features = 0});
   BodyDriver driver{BodyConfig{}};
