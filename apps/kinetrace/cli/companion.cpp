@@ -66,7 +66,8 @@ Status check(const Companion& companion) {
     return {};
   }
   return fail(ErrorCode::kNotFound, program.string() + ": " + std::strerror(errno) + "; " + companion.doing +
-                                        " needs the package " + companion.package);
+                                        " needs the package " + companion.package +
+                                        ", or a whole build of a checkout: cmake --build build/release");
 }
 
 int exec_companion(const Companion& companion, std::vector<std::string> arguments) {

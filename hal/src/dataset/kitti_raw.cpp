@@ -54,7 +54,7 @@ Result<fs::path> find_drive(const DatasetSpec& spec) {
   }
   return fail(ErrorCode::kInvalidArgument,
               concat(spec.path.string(), matches.empty() ? ": no drive '" + spec.sequence + "'" : ": several drives",
-                     "; choose a sequence: ", listed(matches.empty() ? drives : matches)));
+                     "; choose one with --sequence: ", listed(matches.empty() ? drives : matches)));
 }
 
 Result<KittiCalibrationFile> find_calibration(const fs::path& drive) {
