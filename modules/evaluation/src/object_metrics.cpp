@@ -136,7 +136,8 @@ void add_motions(const std::vector<Observation>& timeline, const ObjectConfig& c
   }
 }
 
-void add_velocities(const std::vector<Observation>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
+/// Of moving objects: velocities, and where those are that have no body frame.
+void add_moving_poses(const std::vector<Observation>& timeline, const ObjectConfig& config, ObjectErrors& errors) {
   for (const Observation& observation : timeline) {
     if (observation.estimate == nullptr || !moves_in_range(observation, config)) {
       continue;
@@ -217,7 +218,7 @@ ObjectReport report_on(std::uint32_t id, const std::vector<Observation>& timelin
   report.moving = std::any_of(timeline.begin(), timeline.end(), [](const Observation& s) { return s.truth->moving; });
   add_identity(timeline, config, report);
   add_motions(timeline, config, report.errors, motions);
-  add_velocities(timeline, config, report.errors);
+  add_moving_poses(timeline, config, report.errors);
   add_distances(timeline, config, report.errors);
   return report;
 }
