@@ -186,7 +186,7 @@ Result<RefinedObject> refine_object(const recording::Run& run, std::span<const S
     }
   }
   carry_lost_rows(run, T_world_cam, history, object);
-  place_boxes(history, object);
+  place_boxes(run, history, object);
   set_velocities(object);
   return object;
 }

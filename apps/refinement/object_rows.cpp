@@ -1,73 +1,108 @@
 #include "object_rows.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <numbers>
-#include <optional>
+#include <vector>
 
 namespace kinetrace::batch {
 namespace {
 
 using recording::ObjectRow;
 
+// Of boxes, spread evenly over the track: their distances to each other take time by the square of their number.
+constexpr std::size_t kMaxCompared = 100;
+constexpr double kMinSigma_m = 1e-3;
+
 /// A box in the frame of its object.
 struct CarriedBox {
   Box3 box;
   Box3Sigma sigma;
-  Vector6d pose_variances = Vector6d::Zero();  ///< Of its frame's pose, in the world.
+  double sigma_m = 0.0;  ///< Of a corner.
 };
 
-CarriedBox to_object(const ObjectRow& row) {
-  const Se3 T_obj_world = row.T_world_obj.inverse();
-  CarriedBox carried{row.box, row.box_sigma, row.variances};
-  carried.box.center_m = T_obj_world * row.box.center_m;
-  carried.box.down = T_obj_world.rotation * row.box.down;
-  carried.box.yaw_rad = upright_yaw(carried.box.down, T_obj_world.rotation * row.box.rotation().col(0));
-  return carried;
+Box3 moved(const Box3& box, const Se3& to) {
+  Box3 result = box;
+  result.center_m = to * box.center_m;
+  result.down = to.rotation * box.down;
+  result.yaw_rad = upright_yaw(result.down, to.rotation * box.rotation().col(0));
+  return result;
 }
 
-Box3 to_world(const CarriedBox& carried, const Se3& T_world_obj) {
-  Box3 box = carried.box;
-  box.center_m = T_world_obj * carried.box.center_m;
-  box.down = T_world_obj.rotation * carried.box.down;
-  box.yaw_rad = upright_yaw(box.down, T_world_obj.rotation * carried.box.rotation().col(0));
-  return box;
-}
-
-/// Of a corner of the box, m^2.
-double variance(const Box3Sigma& sigma, const Eigen::Vector3d& size_m) {
+double corner_variance(const Box3Sigma& sigma, const Eigen::Vector3d& size_m) {
   const double reach_m = 0.5 * size_m.norm();
   const double turn_m = sigma.yaw_rad * reach_m;
   return sigma.center_m.squaredNorm() + 0.25 * sigma.size_m.squaredNorm() + turn_m * turn_m;
 }
 
-/// Increase of the variance by the uncertain rotation in between.
-double carried_variance(const CarriedBox& carried, const ObjectRow& row) {
-  const double turn_rad2 = row.variances.head<3>().sum() + carried.pose_variances.head<3>().sum();
-  return variance(carried.sigma, carried.box.size_m) + turn_rad2 * carried.box.center_m.squaredNorm();
+/// The run saw the box from the camera: with the refined pose relative to that, it is in the object's refined frame.
+CarriedBox to_object(const ObjectRow& seen, const Se3& T_world_cam, const RefinedObjectFrame& refined) {
+  const Box3 box = moved(seen.box, refined.T_obj_cam * T_world_cam.inverse());
+  const double turn_rad2 = refined.row.variances.head<3>().sum();
+  return {box, seen.box_sigma,
+          std::sqrt(corner_variance(seen.box_sigma, box.size_m) + turn_rad2 * box.center_m.squaredNorm())};
+}
+
+/// Mean distance of corresponding corners; a box does not say which end is the front.
+double distance_m(const Box3& a, const Box3& b) {
+  Box3 turned = b;
+  turned.yaw_rad += std::numbers::pi;
+  const auto corners_a = a.corners();
+  const auto to = [&](const Box3& other) {
+    const auto corners = other.corners();
+    double sum_m = 0.0;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      sum_m += (corners_a[i] - corners[i]).norm();
+    }
+    return sum_m / static_cast<double>(corners.size());
+  };
+  return std::min(to(b), to(turned));
+}
+
+/// The medoid, distances in sigmas: a few frames of a track may be of another object, with a box that is no less
+/// certain.
+const CarriedBox* most_central(const std::vector<CarriedBox>& boxes) {
+  const CarriedBox* best = nullptr;
+  double best_sum = std::numeric_limits<double>::infinity();
+  for (const CarriedBox& candidate : boxes) {
+    double sum = 0.0;
+    for (const CarriedBox& other : boxes) {
+      sum += distance_m(candidate.box, other.box) / std::max(other.sigma_m, kMinSigma_m);
+    }
+    if (sum < best_sum) {
+      best_sum = sum;
+      best = &candidate;
+    }
+  }
+  return best;
 }
 
 }  // namespace
 
-void place_boxes(const ObjectHistory& history, RefinedObject& object) {
-  std::optional<CarriedBox> best;
-  double best_variance = 0.0;
+void place_boxes(const recording::Run& run, const ObjectHistory& history, RefinedObject& object) {
+  const auto carried = [&](std::size_t row) {
+    return to_object(history.rows.at(row), run.camera[row].T_world_cam, object.frames.at(row));
+  };
+  std::vector<std::size_t> tracked;
   for (const auto& [row, seen] : history.rows) {
-    if (seen.status != BodyStatus::kTracked) {
-      continue;
-    }
-    const CarriedBox carried = to_object(seen);
-    const double its_variance = carried_variance(carried, seen);
-    if (!best || its_variance < best_variance) {
-      best = carried;
-      best_variance = its_variance;
+    if (seen.status == BodyStatus::kTracked) {
+      tracked.push_back(row);
     }
   }
+  std::vector<CarriedBox> boxes;
+  const std::size_t step = tracked.size() / kMaxCompared + 1;
+  for (std::size_t i = 0; i < tracked.size(); i += step) {
+    boxes.push_back(carried(tracked[i]));
+  }
+  const CarriedBox* central = most_central(boxes);
   for (auto& [row, frame] : object.frames) {
-    const ObjectRow& seen = history.rows.at(row);
-    const CarriedBox own = to_object(seen);
-    const bool is_carried = best && carried_variance(*best, seen) < carried_variance(own, seen);
-    const CarriedBox& known = is_carried ? *best : own;
-    frame.row.box = to_world(known, frame.row.T_world_obj);
+    const CarriedBox own = carried(row);
+    const bool is_carried =
+        central != nullptr && (history.rows.at(row).status == BodyStatus::kTracked || central->sigma_m < own.sigma_m);
+    const CarriedBox& known = is_carried ? *central : own;
+    frame.row.box = moved(known.box, frame.row.T_world_obj);
     frame.row.box_sigma = known.sigma;
   }
 }

@@ -5,9 +5,9 @@
 
 namespace kinetrace::batch {
 
-/// Each frame's box is the most certain one: its own, or that of the row with the smallest variance, carried along the
-/// path.
-void place_boxes(const ObjectHistory& history, RefinedObject& object);
+/// The box of all tracked frames is the most central one of the run, carried along the path; other frames keep their
+/// own if it is more certain.
+void place_boxes(const recording::Run& run, const ObjectHistory& history, RefinedObject& object);
 
 /// Velocity of the box's centre, from the frames before and after; zero for stationary rows without their own
 /// reconstruction, as in every run.
