@@ -64,6 +64,7 @@ void ObjectState::continue_from(ObjectState& earlier) {
   }
   life_.status = earlier.life_.status;
   identity_ = earlier.identity_;
+  motion_ = earlier.motion_;
   identity_.drift_covariance = earlier.drift_covariance();
   std::swap(box_, earlier.box_);
 }

@@ -117,5 +117,21 @@ TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {
   EXPECT_EQ(after.box.size_m, before.box.size_m);
 }
 
+// A mask of another part of a vehicle that drives past begins a new track, which is re-identified at once.
+TEST_F(ObjectStateTest, MovesOnWhereItIsReidentified) {
+  const Eigen::Vector3d velocity_mps(0.0, 0.0, -4.0);
+  const Seen seen = moves_at_the_border(object_, (Vector6d() << Eigen::Vector3d::Zero(), velocity_mps).finished(), 12);
+  const PixelBox part = box_of(seen.features);
+  other_.begin(redetected(part));
+  other_.continue_from(object_);
+  observe(other_, redetected(part));
+  ObjectResult after;
+  other_.report(after);
+  other_.describe_motion(0, after);
+  EXPECT_NE(after.status, BodyStatus::kTracked);
+  EXPECT_TRUE(after.moving);
+  EXPECT_NEAR(after.velocity_mps.z(), velocity_mps.z(), 0.5);
+}
+
 }  // namespace
 }  // namespace kinetrace::pipeline
