@@ -19,7 +19,7 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A run of two frames: a moving car, a standing pedestrian, a car that was never tracked well.
+/// A run of two frames: a moving car, a pedestrian seen by stereo only, a lost car, a parked one.
 class Summary : public ::testing::Test {
  protected:
   void write_run(const std::string& segmentation, bool with_objects) {
@@ -36,9 +36,11 @@ class Summary : public ::testing::Test {
     const std::string rest = ",0,0,0,0,1,1,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0\n";
     if (with_objects) {
       objects << "0,1317048433512345678,1,car,tracked,0,0,10,0,0,0,1,0,0,-3,1" << rest
+              << "0,1317048433512345678,4,car,stereo_only,0,0,48,0,0,0,1,0,0,0,0" << rest
               << "1,1317048433612345678,1,car,propagated,0,0,9,0,0,0,1,0,0,-5,0" << rest
               << "1,1317048433612345678,2,pedestrian,stereo_only,3,0,1,0,0,0,1,0,0,0,0" << rest
-              << "1,1317048433612345678,3,car,lost,3,0,1,0,0,0,1,0,0,0,1" << rest;
+              << "1,1317048433612345678,3,car,lost,3,0,1,0,0,0,1,0,0,0,1" << rest
+              << "1,1317048433612345678,4,car,tracked,0,0,10,0,0,0,1,0,0,0.1,0" << rest;
     }
   }
 
@@ -49,10 +51,12 @@ TEST_F(Summary, IsATableOfTheObjects) {
   write_run("motion", true);
   const ProgramResult result = run_kinetrace({"summary", folder_.path().string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("Found: camera: 1.00 m in 2 frames; objects: 2, of which 1 moved\n"));
+  EXPECT_THAT(result.out, HasSubstr("Found: camera: 1.00 m in 2 frames; objects: 3, of which 1 moved\n"));
   EXPECT_THAT(result.out, ContainsRegex(" 1  car +2 +yes +1\\.00 +4\\.00 +8\\.0 +tracked 1, propagated 1\n"));
-  EXPECT_THAT(result.out, ContainsRegex(" 2  pedestrian +1 +\\? +0\\.00 +\\? +3\\.0 +stereo_only 1\n"))
+  EXPECT_THAT(result.out, ContainsRegex(" 2  pedestrian +1 +\\? +\\? +\\? +3\\.0 +stereo_only 1\n"))
       << "its speed was not measured";
+  EXPECT_THAT(result.out, ContainsRegex(" 4  car +2 +no +- +- +9\\.0 +tracked 1, stereo_only 1\n"))
+      << "positions by stereo are off by metres";
   EXPECT_THAT(result.out, Not(ContainsRegex("\n +3  car")));
 }
 
@@ -64,12 +68,14 @@ TEST_F(Summary, IsTheSameAsJson) {
   EXPECT_EQ(json["camera"]["poses"], 2);
   EXPECT_DOUBLE_EQ(json["camera"]["path_m"], 1.0);
   EXPECT_EQ(json["objects_looked_for"], true);
-  ASSERT_EQ(json["objects"].size(), 2);
+  ASSERT_EQ(json["objects"].size(), 3);
   EXPECT_EQ(json["objects"][0]["class"], "car");
   EXPECT_EQ(json["objects"][0]["moved"], true);
   EXPECT_EQ(json["objects"][0]["frames_by_status"]["propagated"], 1);
   EXPECT_DOUBLE_EQ(json["objects"][1]["nearest_m"], 3.0);
   EXPECT_TRUE(json["objects"][1]["moved"].is_null());
+  EXPECT_EQ(json["objects"][2]["moved"], false);
+  EXPECT_TRUE(json["objects"][2]["displacement_m"].is_null());
 }
 
 TEST_F(Summary, SaysThatThereIsNoneAndWhereNoneWasLookedFor) {

@@ -118,21 +118,23 @@ void print_table(const RunTable& table) {
   std::printf("%6s  %-12s %6s  %5s %8s %8s %8s  %s\n", "object", "class", "frames", "moved", "by m", "m/s", "near m",
               "frames by status");
   for (const auto& [id, object] : table.objects) {
-    std::array<char, 32> near_m{"?"};
-    if (object.nearest_m) {
-      std::snprintf(near_m.data(), near_m.size(), "%.1f", *object.nearest_m);
-    }
-    std::array<char, 32> speed_mps{"?"};
-    if (object.is_motion_known()) {
-      std::snprintf(speed_mps.data(), speed_mps.size(), "%.2f", object.mean_speed_mps());
-    }
-    const char* moved = object.moved ? "yes" : object.is_motion_known() ? "no" : "?";
-    std::printf("%6u  %-12s %6d  %5s %8.2f %8s %8s  %s\n", id, ClassName(object.class_id).c_str(), object.frames, moved,
-                object.displacement_m(), speed_mps.data(), near_m.data(), statuses_text(object).c_str());
+    const auto number = [](double value, const char* format) {
+      std::array<char, 32> text{};
+      std::snprintf(text.data(), text.size(), format, value);
+      return std::string(text.data());
+    };
+    const std::string none = object.is_motion_known() ? "-" : "?";
+    std::printf("%6u  %-12s %6d  %5s %8s %8s %8s  %s\n", id, ClassName(object.class_id).c_str(), object.frames,
+                object.moved               ? "yes"
+                : object.is_motion_known() ? "no"
+                                           : "?",
+                (object.moved ? number(object.displacement_m(), "%.2f") : none).c_str(),
+                (object.moved ? number(object.mean_speed_mps(), "%.2f") : none).c_str(),
+                (object.nearest_m ? number(*object.nearest_m, "%.1f") : "?").c_str(), statuses_text(object).c_str());
   }
   std::printf(
       "moved: its speed differed significantly from zero (?: never tracked, its speed was not measured); by: from the "
-      "first to the last position, errors of far ones included; m/s: mean speed; near: closest to the camera\n");
+      "first to the last position; m/s: mean speed; near: closest to the camera\n");
 }
 
 void print_json(const RunTable& table) {
@@ -147,8 +149,8 @@ void print_json(const RunTable& table) {
                        {"frames", object.frames},
                        {"frames_by_status", std::move(by_status)},
                        {"moved", object.is_motion_known() ? Json(object.moved) : Json(nullptr)},
-                       {"displacement_m", object.displacement_m()},
-                       {"mean_speed_mps", object.is_motion_known() ? Json(object.mean_speed_mps()) : Json(nullptr)},
+                       {"displacement_m", object.moved ? Json(object.displacement_m()) : Json(nullptr)},
+                       {"mean_speed_mps", object.moved ? Json(object.mean_speed_mps()) : Json(nullptr)},
                        {"nearest_m", object.nearest_m ? Json(*object.nearest_m) : Json(nullptr)}});
   }
   const Json json{{"camera", {{"poses", table.found.poses}, {"path_m", table.found.camera_path_m}}},

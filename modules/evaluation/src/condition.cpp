@@ -1,10 +1,14 @@
 #include "kinetrace/evaluation/condition.hpp"
 
 #include <array>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "kinetrace/core/nearest_name.hpp"
 #include "kinetrace/core/text_rows.hpp"
 
 namespace kinetrace::evaluation {
@@ -40,8 +44,16 @@ bool compare(double value, Comparison comparison, double bound) {
   return false;
 }
 
-// None if a name on the path does not exist; null if it leads into a value that was not measured.
-const nlohmann::json* find(const nlohmann::json& root, std::string_view path) {
+std::string names_like(const std::string& name, const nlohmann::json& place) {
+  std::vector<std::string_view> names;
+  for (const auto& [key, value] : place.items()) {
+    names.emplace_back(key);
+  }
+  return did_you_mean(name, names);
+}
+
+// Null if it leads into a value that was not measured. Error: a name on the path does not exist.
+Result<const nlohmann::json*> find(const nlohmann::json& root, std::string_view path) {
   const nlohmann::json* place = &root;
   while (!path.empty() && !place->is_null()) {
     const std::size_t length = std::min(path.find('.'), path.size());
@@ -53,8 +65,13 @@ const nlohmann::json* find(const nlohmann::json& root, std::string_view path) {
     } else if (place->is_array() && index && *index >= 0 && static_cast<std::size_t>(*index) < place->size()) {
       place = &(*place)[static_cast<std::size_t>(*index)];
     } else {
-      return nullptr;
+      return fail(ErrorCode::kInvalidArgument, "the evaluation has no '" + name + "' there" +
+                                                   (place->is_object() ? names_like(name, *place) : "") +
+                                                   "; its names are in evaluation.json");
     }
+  }
+  if (!place->is_number() && !place->is_null()) {
+    return fail(ErrorCode::kInvalidArgument, "it names no number; those of numbers are in evaluation.json");
   }
   return place;
 }
@@ -85,11 +102,11 @@ Result<Condition> parse_condition(std::string_view text) {
 
 Result<ConditionOutcome> check(const Condition& condition, std::string_view json) {
   const nlohmann::json root = nlohmann::json::parse(json, nullptr, false);
-  const nlohmann::json* value = find(root, condition.path);
-  if (value == nullptr || !(value->is_number() || value->is_null())) {
-    return fail(ErrorCode::kInvalidArgument, "condition '" + condition.text + "': the evaluation has no number " +
-                                                 condition.path + "; its names are in evaluation.json");
+  const Result<const nlohmann::json*> found = find(root, condition.path);
+  if (!found) {
+    return fail(found.error().code, "condition '" + condition.text + "': " + found.error().message);
   }
+  const nlohmann::json* value = *found;
   if (value->is_null()) {
     return fail(ErrorCode::kBadFormat,
                 "condition '" + condition.text + "': " + condition.path + " could not be measured in this run");

@@ -53,6 +53,12 @@ TEST(Condition, RefusesAPathThatDoesNotExist) {
   }
 }
 
+TEST(Condition, SuggestsTheNameThatWasMeant) {
+  const Result<ConditionOutcome> outcome = check(parse_condition("camera.trel>1").value(), kJson);
+  ASSERT_FALSE(outcome);
+  EXPECT_THAT(outcome.error().message, HasSubstr("no 'trel' there; did you mean t_rel?"));
+}
+
 TEST(Condition, RefusesWhatCouldNotBeMeasured) {
   for (const char* path : {"camera.r_rel", "objects.coverage"}) {
     const Result<ConditionOutcome> outcome = check(parse_condition(std::string(path) + ">1").value(), kJson);
