@@ -27,21 +27,35 @@ ObjectRow moved_row(const ObjectRow& known, const recording::CameraRow& camera, 
   return row;
 }
 
+/// The box's centre in the object's frame.
+Eigen::Vector3d center_in_object_m(const ObjectRow& row) {
+  return row.T_world_obj.inverse() * row.box.center_m;
+}
+
+/// Of one point of the object at both ends: the boxes there may differ.
+GapPath path_between(const ObjectRow& from, const ObjectRow& to) {
+  GapPath path = GapPath::between(from, to);
+  path.to_m = to.T_world_obj * center_in_object_m(from);
+  return path;
+}
+
 void fill_between(const recording::Run& run, std::span<const Se3> T_world_cam, const GapPath& path, std::size_t before,
                   std::size_t after, RefinedObject& object) {
   const ObjectRow from = object.frames.at(before).row;
   const ObjectRow to = object.frames.at(after).row;
+  const Eigen::Vector3d point_obj_m = center_in_object_m(from);
   for (std::size_t at = before + 1; at < after; ++at) {
     const recording::CameraRow& camera = run.camera[at];
     const double s = 1e-9 * static_cast<double>(camera.timestamp_ns - from.timestamp_ns) / path.time_s;
+    Se3 T_world_obj = interpolate(from.T_world_obj, to.T_world_obj, s);
+    T_world_obj.translation = path.position_m(s) - T_world_obj.rotation * point_obj_m;
+    const Eigen::Vector3d center_obj_m = (1.0 - s) * point_obj_m + s * center_in_object_m(to);
     RefinedObjectFrame& filled = object.frames[at];
-    ObjectRow row = moved_row(s < 0.5 ? from : to, camera, path.position_m(s));
+    ObjectRow row = moved_row(s < 0.5 ? from : to, camera, T_world_obj * center_obj_m);
+    row.T_world_obj = T_world_obj;
     row.velocity_mps = path.velocity_mps(s);
     row.pixel_height = filled.row.pixel_height;
     row.mask_px = filled.row.mask_px;
-    row.T_world_obj.rotation = interpolate(from.T_world_obj, to.T_world_obj, s).rotation;
-    row.T_world_obj.translation =
-        row.box.center_m - row.T_world_obj.rotation * (from.T_world_obj.inverse() * from.box.center_m);
     filled = {row, row.T_world_obj.inverse() * T_world_cam[at]};
   }
 }
@@ -56,7 +70,7 @@ void fill_gaps(const recording::Run& run, std::span<const Se3> T_world_cam, Refi
     }
   }
   for (std::size_t i = 1; i < known.size(); ++i) {
-    const GapPath path = GapPath::between(object.frames.at(known[i - 1]).row, object.frames.at(known[i]).row);
+    const GapPath path = path_between(object.frames.at(known[i - 1]).row, object.frames.at(known[i]).row);
     if (known[i] - known[i - 1] > 1 && path.is_possible(kMaxGap_s)) {
       fill_between(run, T_world_cam, path, known[i - 1], known[i], object);
     }

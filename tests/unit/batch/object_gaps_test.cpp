@@ -54,6 +54,24 @@ TEST_F(ObjectGaps, AreFilledWhereTheMotionContinues) {
   }
 }
 
+TEST_F(ObjectGaps, AreFilledByThePathOfOnePointWhereTheBoxesAtTheEndsDiffer) {
+  drive(0.0);
+  for (std::size_t k = kGapBegin; k < kFrames; ++k) {
+    recording::ObjectRow& row = object_.frames.at(k).row;
+    row.status = k < kGapEnd ? BodyStatus::kLost : row.status;
+    row.box.center_m.x() += 0.4;
+  }
+  fill_gaps(run_, T_world_cam_, object_);
+  for (std::size_t k = kGapBegin; k < kGapEnd; ++k) {
+    const recording::ObjectRow& row = object_.frames.at(k).row;
+    EXPECT_EQ(row.status, BodyStatus::kPropagated);
+    const double x_m = 0.1 * kSpeed_mps * static_cast<double>(k);
+    EXPECT_NEAR(row.T_world_obj.translation.x(), x_m, 1e-9);
+    EXPECT_GT(row.box.center_m.x(), x_m + 0.5);
+    EXPECT_LT(row.box.center_m.x(), x_m + 0.9);
+  }
+}
+
 TEST_F(ObjectGaps, StayWhereNothingCanHaveGoneThatWay) {
   drive(15.0);
   for (std::size_t k = kGapBegin; k < kGapEnd; ++k) {
