@@ -1,6 +1,7 @@
 #include "network.hpp"
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <sched.h>
@@ -36,6 +37,9 @@ void enter_with_user_namespace() {
 }  // namespace
 
 void enter_own_network() {
+  // Where tc is, which is not in the path of ordinary users.
+  const char* path = std::getenv("PATH");
+  setenv("PATH", ((path == nullptr ? "" : std::string(path) + ":") + "/usr/sbin:/sbin").c_str(), 1);
   if (geteuid() == 0 && unshare(CLONE_NEWNET) == 0) {
     configure("ip link set lo up");
     return;
