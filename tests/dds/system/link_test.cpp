@@ -15,10 +15,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class DdsLink : public ::testing::Test {
+class DdsLink : public OwnNetworkTest {
  protected:
-  void SetUp() override { enter_own_network(); }
-
   static std::int64_t number(const Process& process, const std::string& name) {
     return process.report().at(name).get<std::int64_t>();
   }

@@ -11,8 +11,9 @@ constexpr std::int64_t kIds = 100'000;
 constexpr std::int64_t kWarm = 30'000;  ///< Buffers reach their final size until here.
 constexpr std::int64_t kSlack_kib = 1024;
 
-TEST(DdsMemory, StaysFlatOverAHundredThousandIds) {
-  enter_own_network();
+class DdsMemory : public OwnNetworkTest {};
+
+TEST_F(DdsMemory, StaysFlatOverAHundredThousandIds) {
   const Process scene(scene_command(
       {"--new-ids", "--objects", "50", "--rate", "200", "dds.max_points=100", "dds.bytes_per_second=1000000000"}));
   const Process ros(local_fast_reader_command({"--no-check"}));

@@ -4,13 +4,17 @@
 #include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include "process.hpp"
 
 namespace kinetrace::test {
 
-/// Puts this process and its later children into a network of their own with only a loopback. Throws
-/// std::runtime_error that names the missing requirement.
-void enter_own_network();
+/// Each test, with its children, is in a network of its own with only a loopback; skipped where none can be made.
+class OwnNetworkTest : public ::testing::Test {
+ protected:
+  void SetUp() override;
+};
 
 /// Runs `ip ...`, or another command of a network; throws std::runtime_error with what it printed.
 void configure(const std::string& command);

@@ -10,10 +10,7 @@
 namespace kinetrace::test {
 namespace {
 
-class OtherVendor : public ::testing::Test {
- protected:
-  void SetUp() override { enter_own_network(); }
-};
+class OtherVendor : public OwnNetworkTest {};
 
 TEST_F(OtherVendor, ReadsEveryFieldOfEveryTopic) {
   const Process scene(scene_command());

@@ -12,10 +12,13 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class DdsSecurity : public ::testing::Test {
+class DdsSecurity : public OwnNetworkTest {
  protected:
   void SetUp() override {
-    enter_own_network();
+    OwnNetworkTest::SetUp();
+    if (IsSkipped()) {
+      return;
+    }
     make_keys(keys_, {"--device", "kinetrace", "--device", "other", "--viewer", "viewer"});
   }
   [[nodiscard]] Command secured_scene(const Command& more = {}) const {

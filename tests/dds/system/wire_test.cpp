@@ -49,10 +49,8 @@ class Capture {
   Process tshark_;
 };
 
-class DdsWire : public ::testing::Test {
+class DdsWire : public OwnNetworkTest {
  protected:
-  void SetUp() override { enter_own_network(); }
-
   TempFolder scratch_;
 };
 
