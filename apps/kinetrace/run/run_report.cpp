@@ -22,7 +22,7 @@ RunReport::RunReport(const RunOptions& options, const CameraSetup& setup, const 
                      std::string config_json)
     : options_(options),
       looks_for_objects_(config.segmentation.mode != segmentation::SegmentationMode::kNone),
-      refines_calibration_(config.calibration.mode != rig::RefineMode::kOff) {
+      calibration_mode_(config.calibration.mode) {
   summary_.version = KINETRACE_VERSION;
   summary_.config_json = std::move(config_json);
   summary_.dataset = setup.description;
@@ -142,11 +142,14 @@ void RunReport::finish(const GuardedCamera& camera, const Processed& processed, 
   seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   summary_.frames = processed.frames;
   summary_.counters = processed.counters;
-  if (refines_calibration_) {
+  if (calibration_mode_ != rig::RefineMode::kOff) {
     summary_.rig = processed.rig;
     if (processed.rig.verdict == RigVerdict::kOff) {
-      summary_.warnings.push_back("the calibration is " + rig_text(processed.rig, geometry_) +
-                                  "; calibrate again, set calibration.refine: on, or start with what "
+      // Focal lengths are corrected by no mode.
+      const char* remedy = calibration_mode_ == rig::RefineMode::kCheck
+                               ? "; calibrate again, set calibration.refine: on, or start with what "
+                               : "; calibrate again, or start with what ";
+      summary_.warnings.push_back("the calibration is " + rig_text(processed.rig, geometry_) + remedy +
                                   "--save-calibration writes");
     }
   }

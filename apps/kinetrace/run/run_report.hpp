@@ -84,7 +84,7 @@ class RunReport {
 
   RunOptions options_;
   bool looks_for_objects_;
-  bool refines_calibration_;
+  rig::RefineMode calibration_mode_;
   StereoGeometry geometry_;
   RunTally tally_;
   AllocationCounts allocations_at_start_;
