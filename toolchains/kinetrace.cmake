@@ -20,7 +20,13 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 
 # Optional.
-find_program(KINETRACE_CCACHE ccache)
+# Looked for once: installed later, it would have everything built again.
+if(NOT DEFINED KINETRACE_CCACHE)
+  find_program(KINETRACE_CCACHE ccache)
+  if(NOT KINETRACE_CCACHE)
+    set(KINETRACE_CCACHE "" CACHE FILEPATH "Compiler cache; empty: none" FORCE)
+  endif()
+endif()
 if(KINETRACE_CCACHE)
   # Precompiled headers have time stamps, and GCC does not report what it reads from them; without this setting ccache would never hit.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${KINETRACE_CCACHE})

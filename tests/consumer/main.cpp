@@ -21,8 +21,8 @@ void print(const FrameEstimate& estimate) {
   }
 }
 
-int main(int, char** argv) {
-  hal::Dataset dataset = must(hal::open_dataset({.layout = must(hal::parse_layout(argv[1])), .path = argv[2]}));
+int main(int argc, char** argv) {
+  auto dataset = must(hal::open_dataset({.layout = must(hal::parse_layout(argc > 2 ? argv[1] : "")), .path = argv[2]}));
   pipeline::PipelineConfig config;
   config.segmentation.mode = segmentation::SegmentationMode::kMotion;
   const StereoGeometry geometry = must(hal::Rectifier::rectified_geometry(dataset.calibration, {}));

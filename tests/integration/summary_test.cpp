@@ -52,7 +52,7 @@ TEST_F(Summary, IsATableOfTheObjects) {
   const ProgramResult result = run_kinetrace({"summary", folder_.path().string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("Found: camera: 1.00 m in 2 frames; objects: 3, of which 1 moved\n"));
-  EXPECT_THAT(result.out, ContainsRegex(" 1  car +2 +yes +1\\.00 +4\\.00 +8\\.0 +tracked 1, propagated 1\n"));
+  EXPECT_THAT(result.out, ContainsRegex(" 1  car +2 +yes +1\\.00 +3\\.00 +8\\.0 +tracked 1, propagated 1\n"));
   EXPECT_THAT(result.out, ContainsRegex(" 2  pedestrian +1 +\\? +\\? +\\? +3\\.0 +stereo_only 1\n"))
       << "its speed was not measured";
   EXPECT_THAT(result.out, ContainsRegex(" 4  car +2 +no +- +- +9\\.0 +tracked 1, stereo_only 1\n"))

@@ -16,6 +16,7 @@ void print(const char* colour, const char* kind, std::string_view message) {
   const bool has_color = stderr_has_color();
   // The text may contain file names or data from the network.
   const std::string shown = printable(message);
+  std::fflush(stdout);  // Both may go into one file.
   std::fprintf(stderr, "kinetrace: %s%s%s %s\n", has_color ? colour : "", kind, has_color ? "\033[0m" : "",
                shown.c_str());
 }

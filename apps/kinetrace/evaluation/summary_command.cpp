@@ -36,16 +36,17 @@ struct ObjectSummary {
   std::uint16_t class_id = 0;
   int frames = 0;
   std::array<int, kWithPose.size()> frames_by_status{};
-  bool moved = false;
+  int moving_frames = 0;
   Eigen::Vector3d first_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_m = Eigen::Vector3d::Zero();
-  double speed_sum_mps = 0.0;
+  double speed_sum_mps = 0.0;  ///< Over the frames in which it moves; in others the speed may not have been measured.
   std::optional<double> nearest_m;  ///< Minimum distance to the camera; none if the camera had no pose in these frames.
 
   /// Stereo alone gives positions, and a speed of moving objects at most.
-  [[nodiscard]] bool is_motion_known() const { return moved || frames_by_status[0] > 0; }
+  [[nodiscard]] bool moved() const { return moving_frames > 0; }
+  [[nodiscard]] bool is_motion_known() const { return moved() || frames_by_status[0] > 0; }
   [[nodiscard]] double displacement_m() const { return (last_m - first_m).norm(); }
-  [[nodiscard]] double mean_speed_mps() const { return speed_sum_mps / frames; }
+  [[nodiscard]] double mean_speed_mps() const { return speed_sum_mps / moving_frames; }
 };
 
 struct RunTable {
@@ -67,9 +68,11 @@ void add_row(const ObjectRow& row, const Eigen::Vector3d* camera_m, RunTable& ta
   object.class_id = row.class_id;
   ++object.frames;
   ++object.frames_by_status[static_cast<std::size_t>(status - kWithPose.begin())];
-  object.moved = object.moved || row.moving;
+  if (row.moving) {
+    ++object.moving_frames;
+    object.speed_sum_mps += row.velocity_mps.norm();
+  }
   object.last_m = position_m;
-  object.speed_sum_mps += row.velocity_mps.norm();
   if (camera_m != nullptr) {
     const double distance_m = (position_m - *camera_m).norm();
     object.nearest_m = std::min(object.nearest_m.value_or(distance_m), distance_m);
@@ -125,16 +128,16 @@ void print_table(const RunTable& table) {
     };
     const std::string none = object.is_motion_known() ? "-" : "?";
     std::printf("%6u  %-12s %6d  %5s %8s %8s %8s  %s\n", id, ClassName(object.class_id).c_str(), object.frames,
-                object.moved               ? "yes"
+                object.moved()             ? "yes"
                 : object.is_motion_known() ? "no"
                                            : "?",
-                (object.moved ? number(object.displacement_m(), "%.2f") : none).c_str(),
-                (object.moved ? number(object.mean_speed_mps(), "%.2f") : none).c_str(),
+                (object.moved() ? number(object.displacement_m(), "%.2f") : none).c_str(),
+                (object.moved() ? number(object.mean_speed_mps(), "%.2f") : none).c_str(),
                 (object.nearest_m ? number(*object.nearest_m, "%.1f") : "?").c_str(), statuses_text(object).c_str());
   }
   std::printf(
       "moved: its speed differed significantly from zero (?: never tracked, its speed was not measured); by: from the "
-      "first to the last position; m/s: mean speed; near: closest to the camera\n");
+      "first to the last position; m/s: mean speed while it moved; near: closest to the camera\n");
 }
 
 void print_json(const RunTable& table) {
@@ -148,9 +151,9 @@ void print_json(const RunTable& table) {
                        {"class", ClassName(object.class_id).view()},
                        {"frames", object.frames},
                        {"frames_by_status", std::move(by_status)},
-                       {"moved", object.is_motion_known() ? Json(object.moved) : Json(nullptr)},
-                       {"displacement_m", object.moved ? Json(object.displacement_m()) : Json(nullptr)},
-                       {"mean_speed_mps", object.moved ? Json(object.mean_speed_mps()) : Json(nullptr)},
+                       {"moved", object.is_motion_known() ? Json(object.moved()) : Json(nullptr)},
+                       {"displacement_m", object.moved() ? Json(object.displacement_m()) : Json(nullptr)},
+                       {"mean_speed_mps", object.moved() ? Json(object.mean_speed_mps()) : Json(nullptr)},
                        {"nearest_m", object.nearest_m ? Json(*object.nearest_m) : Json(nullptr)}});
   }
   const Json json{{"camera", {{"poses", table.found.poses}, {"path_m", table.found.camera_path_m}}},

@@ -159,7 +159,8 @@ using Cells = std::array<std::string, 6>;
 
 Cells cells_of(const recording::ObjectRow& object, const recording::CameraRow& camera) {
   return {track_name(object.class_id, object.track_id),
-          object.moving ? with_unit(object.velocity_mps.norm(), 1, "m/s") : std::string("static"),
+          object.moving ? with_unit(object.velocity_mps.norm(), 1, "m/s")
+                        : std::string(object.status == BodyStatus::kTracked ? "static" : "?"),
           with_unit((object.box.center_m - camera.T_world_cam.translation).norm(), 1, "m"),
           object.pixel_height > 0 ? with_unit(object.pixel_height, 0, "px") : std::string("-"),
           std::to_string(object.point_count),

@@ -446,6 +446,13 @@ Result<ViewPair> choose_views(const std::filesystem::path& root, CameraChoice ch
   if (choice != CameraChoice::kGray && present(color)) {
     return color;
   }
+  for (const ViewPair& views : {gray, color}) {
+    if (!views.left.empty() && is_folder(root / views.left) != is_folder(root / views.right)) {
+      const std::string& missing = is_folder(root / views.left) ? views.right : views.left;
+      return fail(ErrorCode::kNotFound,
+                  concat((root / missing).string(), ": no such folder; images of both views are needed"));
+    }
+  }
   const auto named = [](const ViewPair& views) { return views.left + " and " + views.right; };
   std::string looked_for = choice == CameraChoice::kColor ? named(color) : named(gray);
   if (choice == CameraChoice::kAuto) {
@@ -465,7 +472,7 @@ Result<std::string> choose_sequence(const std::filesystem::path& root, const std
   }
   return fail(ErrorCode::kInvalidArgument,
               concat(root.string(), wanted.empty() ? ": several sequences" : ": no sequence '" + wanted + "'",
-                     "; choose one: ", listed(sequences)));
+                     "; choose one with --sequence: ", listed(sequences)));
 }
 
 double rate_or(const DatasetSpec& spec, double fallback_rate_hz) {

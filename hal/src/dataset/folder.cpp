@@ -55,7 +55,7 @@ Result<Dataset> open_folder(const DatasetSpec& spec) {
   const fs::path root = spec.sequence.empty() ? spec.path : spec.path / spec.sequence;
   if (!is_folder(root)) {
     return fail(ErrorCode::kInvalidArgument, concat(spec.path.string(), ": no sequence '", spec.sequence,
-                                                    "'; choose one: ", listed(subfolders(spec.path))));
+                                                    "'; choose one with --sequence: ", listed(subfolders(spec.path))));
   }
   const auto views = find_views(root);
   if (!views) {

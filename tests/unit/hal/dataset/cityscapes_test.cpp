@@ -74,8 +74,9 @@ TEST_F(Cityscapes, ListsWhatCanBeChosen) {
   add_frames("", "bonn_000003", 10, 1);
   add_frames("", "bonn_000004", 10, 1);
   add_frames("", "ulm_000001", 0, 1);
-  expect_error("", ErrorCode::kInvalidArgument, "several sequences; choose one: bonn, ulm");
-  expect_error("bonn", ErrorCode::kInvalidArgument, "several sequences; choose one: bonn_000003, bonn_000004");
+  expect_error("", ErrorCode::kInvalidArgument, "several sequences; choose one with --sequence: bonn, ulm");
+  expect_error("bonn", ErrorCode::kInvalidArgument,
+               "several sequences; choose one with --sequence: bonn_000003, bonn_000004");
   expect_error("bonn_000005", ErrorCode::kInvalidArgument, "no sequence 'bonn_000005'");
   expect_error("jena", ErrorCode::kInvalidArgument, "no sequence 'jena'");
 }

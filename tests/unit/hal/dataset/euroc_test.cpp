@@ -78,7 +78,7 @@ TEST_F(Euroc, IsFoundFromEveryLevel) {
   EXPECT_TRUE(open("", "V1_01"));
   EXPECT_TRUE(open(""));
   EXPECT_EQ(open("V1_01/mav0")->name, "V1_01");
-  EXPECT_THAT(open("", "V2").error().message, HasSubstr("no sequence 'V2'; choose one: V1_01"));
+  EXPECT_THAT(open("", "V2").error().message, HasSubstr("no sequence 'V2'; choose one with --sequence: V1_01"));
 }
 
 TEST_F(Euroc, PairsTheNearestTimesWithinHalfAPeriod) {

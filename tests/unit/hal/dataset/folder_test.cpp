@@ -324,7 +324,7 @@ TEST_F(Folder, FindsSequencesBelow) {
   }
   add_text("run2/s.yaml", kalibr("radtan", "-0.1"));
   EXPECT_EQ(open("run2")->name, "run2");
-  EXPECT_THAT(open("run3").error().message, HasSubstr("no sequence 'run3'; choose one: run2"));
+  EXPECT_THAT(open("run3").error().message, HasSubstr("no sequence 'run3'; choose one with --sequence: run2"));
 }
 
 }  // namespace

@@ -157,7 +157,15 @@ TEST(KittiOdometry, OpensASequenceByNameAndListsThem) {
   const auto missing = open("07");
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::kInvalidArgument);
-  EXPECT_THAT(missing.error().message, HasSubstr("no sequence '07'; choose one: sequence"));
+  EXPECT_THAT(missing.error().message, HasSubstr("no sequence '07'; choose one with --sequence: sequence"));
+}
+
+TEST(KittiOdometry, NamesTheViewItMisses) {
+  const test::Recording recording(1);
+  std::filesystem::remove_all(recording.path() / "image_1");
+  const auto opened = open_dataset({.layout = DatasetLayout::kKittiOdometry, .path = recording.path()});
+  ASSERT_FALSE(opened);
+  EXPECT_THAT(opened.error().message, HasSubstr((recording.path() / "image_1").string() + ": no such folder"));
 }
 
 TEST(KittiOdometry, NamesTheCalibrationItMisses) {
@@ -202,7 +210,8 @@ TEST_F(KittiTracking, OpensASequenceAtTenHertz) {
 
 TEST_F(KittiTracking, ReportsWhatIsMissing) {
   EXPECT_EQ(open("", "0003", CameraChoice::kGray).error().code, ErrorCode::kInvalidArgument);
-  EXPECT_THAT(open("training", "0004").error().message, HasSubstr("no sequence '0004'; choose one: 0003"));
+  EXPECT_THAT(open("training", "0004").error().message,
+              HasSubstr("no sequence '0004'; choose one with --sequence: 0003"));
   std::filesystem::remove(folder_.path() / "training/calib/0003.txt");
   const auto dataset = open("", "0003");
   ASSERT_FALSE(dataset);
