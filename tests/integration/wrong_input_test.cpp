@@ -139,6 +139,13 @@ TEST_F(WrongInput, MasksNamedForOtherImagesEndTheRun) {
   EXPECT_THAT(result.err, HasSubstr("named like the left images"));
 }
 
+TEST_F(WrongInput, PicturesInPlaceOfMasksEndTheRun) {
+  const fs::path folder = fs::path(recording_.image(0, 0)).parent_path();
+  const ProgramResult result = run({"--segmentation", "masks:" + folder.string()});
+  EXPECT_EQ(result.exit_code, 65) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("is a picture, not masks"), HasSubstr(folder.string())));
+}
+
 TEST_F(WrongInput, MasksOfNothingButWhatIsIgnoredEndTheRun) {
   const fs::path masks = write_masks([](const fs::path& file, int) {
     std::vector<std::uint8_t> pixels(std::size_t{SmallRecording::kWidth} * SmallRecording::kHeight, 0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 
 namespace kinetrace::segmentation {
 namespace {
@@ -11,6 +12,8 @@ constexpr std::uint16_t kBeyondCapacity = 0xFFFF;
 constexpr std::uint16_t kMotsIgnore = 10000;
 constexpr std::uint16_t kInstanceIgnore = 255;
 constexpr std::uint16_t kMotsClassStep = 1000;
+/// Noise changes the values of a picture from pixel to pixel; the smallest masks are wider.
+constexpr int kMaxPictureRun_px = 4;
 
 /// Calls visit(value, x0, x1) for every run of equal non-zero pixels of a row.
 template <typename Visit>
@@ -75,8 +78,10 @@ void InstanceRelabeler::collect(ImageView<const std::uint16_t> source) noexcept 
   std::fill(index_of_value_.begin(), index_of_value_.end(), std::uint16_t{0});
   instances_.clear();
   values_beyond_capacity_ = 0;
+  runs_ = 0;
   for (int y = 0; y < source.height; ++y) {
     for_each_run(source.row(y), source.width, [&](std::uint16_t value, int x0, int x1) {
+      ++runs_;
       std::uint16_t& index = index_of_value_[value];
       if (index == 0) {
         if (!instances_.push_back({value, {}, 0})) {
@@ -94,6 +99,12 @@ void InstanceRelabeler::collect(ImageView<const std::uint16_t> source) noexcept 
       }
     });
   }
+}
+
+bool InstanceRelabeler::is_picture() const noexcept {
+  const int area_px = std::accumulate(instances_.begin(), instances_.end(), 0,
+                                      [](int sum, const Instance& instance) { return sum + instance.area_px; });
+  return instances_.size() > kMaxObjects && area_px < kMaxPictureRun_px * runs_;
 }
 
 // Afterwards `index_of_value_` holds the label of each value.

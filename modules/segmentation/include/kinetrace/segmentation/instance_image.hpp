@@ -42,6 +42,8 @@ class InstanceRelabeler {
               std::span<const ListedInstance> listed = {}) noexcept;
   /// True if all instances of the last image are to be ignored.
   [[nodiscard]] bool ignores_all() const noexcept { return ignores_all_; }
+  /// True if the last image was a camera's: more values than objects that a frame may hold, in runs of few pixels.
+  [[nodiscard]] bool is_picture() const noexcept;
 
  private:
   struct Instance {
@@ -56,6 +58,7 @@ class InstanceRelabeler {
   std::span<std::uint16_t> index_of_value_;  ///< 0 = not seen, else 1 + index in `instances_`.
   FixedVector<Instance> instances_;
   int values_beyond_capacity_ = 0;
+  int runs_ = 0;  ///< Of equal values in a row.
   bool ignores_all_ = false;
 };
 
