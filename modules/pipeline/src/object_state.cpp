@@ -345,7 +345,6 @@ void ObjectState::push_motion(const CameraState& camera) {
                 .correlated_covariance = position_correlated_covariance(),
                 // Where a person is only predicted, the frame says nothing.
                 .is_evidence = is_rigid() || identity_.has_moved || life_.status == BodyStatus::kStereoOnly,
-                .may_drift = is_rigid() && !identity_.has_moved && life_.status != BodyStatus::kTracked,
                 .covariance_per_disparity = covariance_per_disparity(camera)});
   const trajectory::MotionEstimate motion = motion_.at(0);
   identity_.has_moved = identity_.has_moved || motion.apparently_moving;

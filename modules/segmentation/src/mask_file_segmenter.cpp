@@ -171,12 +171,12 @@ void MaskFileSegmenter::relabel(View& view, std::string_view stem) noexcept {
   const int dropped = relabeler_.relabel(view.values, view.encoding, config_.max_objects, config_.min_area_px,
                                          view.labels, view.detections);
   counters_.detections_dropped += static_cast<std::uint64_t>(dropped);
-  // In a binary mask of objects, 255 is the only value.
   if (relabeler_.is_picture()) {
     view.state = FileState::kUnreadable;
     warnings_.add({view.directory, "/", stem, kExtension,
                    ": is a picture, not masks; give the folder of KITTI MOTS or instance images"});
   } else if (view.encoding == MaskEncoding::kInstance && relabeler_.ignores_all()) {
+    // In a binary mask of objects, 255 is the only value.
     view.state = FileState::kUnreadable;
     warnings_.add({view.directory, "/", stem, kExtension,
                    ": holds nothing but 255, which 8-bit masks mean to be ignored; number its objects from 1"});

@@ -89,24 +89,15 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
     return estimate;
   }
   const MotionSample& center = entry(age).sample;
-  const auto is_near = [&](std::size_t i) {
-    const double time_s = std::abs(seconds_between(center.timestamp_ns, entry(i).sample.timestamp_ns));
-    const bool is_neighbour = i + 1 >= age && i <= age + 1;  // the only ones of a slow camera
-    return time_s <= (is_neighbour ? kMaxSampleAge_s : window_s_ + kTimestampJitter_s);
-  };
-  std::size_t steady = 0;
-  for (std::size_t i = 0; i < size_; ++i) {
-    steady += is_near(i) && !entry(i).sample.may_drift ? 1U : 0U;
-  }
-  const bool is_steady = !center.may_drift && steady >= kMinSamples;
   std::array<PathPoint, kCapacity> path;
   std::size_t count = 0;
   TurnRate turn;
   Eigen::Matrix3d correlated_covariance = center.correlated_covariance;  // The largest in the window.
   for (std::size_t i = 0; i < size_; ++i) {
     const MotionSample& sample = entry(i).sample;
-    if (is_near(i) && sample.is_evidence && !(is_steady && sample.may_drift)) {
-      const double time_s = seconds_between(center.timestamp_ns, sample.timestamp_ns);
+    const double time_s = seconds_between(center.timestamp_ns, sample.timestamp_ns);
+    const bool is_neighbour = i + 1 >= age && i <= age + 1;  // the only ones of a slow camera
+    if (sample.is_evidence && std::abs(time_s) <= (is_neighbour ? kMaxSampleAge_s : window_s_ + kTimestampJitter_s)) {
       path[count++] = {time_s, sample.T_world_obj * reference_obj_, information_of(sample.position_covariance)};
       correlated_covariance = sample.correlated_covariance.trace() > correlated_covariance.trace()
                                   ? sample.correlated_covariance

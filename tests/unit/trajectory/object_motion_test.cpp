@@ -343,23 +343,6 @@ TEST(ObjectMotion, APredictedPositionIsNoEvidence) {
   EXPECT_NEAR(estimate.velocity_mps.x(), 1.0, 0.1);
 }
 
-// A vehicle enters the image: first only its part is located, then a reconstruction follows it.
-TEST(ObjectMotion, PositionsThatMayDriftDoNotHideTheMotionOfOthers) {
-  ObjectMotion motion({});
-  Path path(0.01);
-  for (int i = 0; i < 8; ++i) {
-    MotionSample sample = path.sample(kFrame_s * i, {0.1 * i, 0.0, 9.0});
-    if (i < 3) {
-      sample.correlated_covariance = 1e4 * Eigen::Matrix3d::Identity();
-      sample.may_drift = true;
-    }
-    motion.push(sample);
-    EXPECT_EQ(motion.at(0).moving, i >= 5) << i;
-  }
-  EXPECT_TRUE(motion.at(3).moving);
-  EXPECT_FALSE(motion.at(6).moving) << "it may have drifted itself";
-}
-
 TEST(ObjectMotion, FollowsTheReferencePointAndTheTurn) {
   ObjectMotion motion({});
   Path path(0.001);

@@ -20,9 +20,6 @@ struct MotionSample {
   /// drift by it over the window.
   Eigen::Matrix3d correlated_covariance = Eigen::Matrix3d::Zero();
   bool is_evidence = true;  ///< Otherwise its position is no evidence of motion, and not used.
-  /// The position is that of the visible part, which an occluder or the image border may have moved; not used beside
-  /// enough others.
-  bool may_drift = false;
   /// Of the velocity error per pixel of common disparity error, world, (m/s/px)^2.
   Eigen::Matrix3d covariance_per_disparity = Eigen::Matrix3d::Zero();
 };
