@@ -33,6 +33,10 @@ Status record(StereoSimulator& simulator, const Options& options) {
   if (!writer) {
     return Unexpected(writer.error());
   }
+  if (writer->replaced() && !options.quiet) {
+    std::fprintf(stderr, "kinetrace-simulate: %s: replaces the simulated sequence that was there\n",
+                 options.recording.folder.c_str());
+  }
   const int frames = simulator.scene().frames;
   app::Progress progress(!options.quiet, frames);
   // A frame is written while the next one is rendered: parts of both occupy only one core.

@@ -31,7 +31,8 @@ struct InputConfig {
 template <typename Visitor>
 void visit_fields(InputConfig& config, Visitor&& visit) {
   visit("input.unusable", config.unusable,
-        "stop or warn: reaction to input that cannot be used (exchanged or identical views, no mask file that fits)");
+        "stop or warn: reaction to input that cannot be used (exchanged or identical views, masks of the other view, "
+        "unreadable masks)");
 }
 
 }  // namespace kinetrace::app

@@ -140,6 +140,11 @@ Status FrameProcessor::process_pair(const RectifiedPair& pair, std::int64_t expo
 }
 
 Status FrameProcessor::note_masks(const FrameResult& result) {
+  if (components_.mask_fit) {
+    if (Status fits = components_.mask_fit->process(result, report_.health, warn_); !fits) {
+      return fits;
+    }
+  }
   if (components_.mask_files) {
     return components_.mask_files->process(result.counters, result.newest.timestamp_ns,
                                            components_.pipeline.mask_complaint(), report_.health, warn_);

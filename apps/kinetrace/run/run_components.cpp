@@ -37,6 +37,16 @@ std::optional<MaskFileWatch> make_mask_file_watch(const AppConfig& config) {
   return from_files ? std::optional<MaskFileWatch>(config.input.unusable) : std::nullopt;
 }
 
+std::optional<MaskFitWatch> make_mask_fit_watch(const AppConfig& config) {
+  const segmentation::SegmentationConfig& masks = config.pipeline.segmentation;
+  switch (masks.mode) {
+    case segmentation::SegmentationMode::kMasks:
+      return MaskFitWatch(config.input.unusable, "mask folder " + masks.left_dir);
+    case segmentation::SegmentationMode::kDds: return MaskFitWatch(config.input.unusable, "received masks");
+    default: return std::nullopt;
+  }
+}
+
 Outcome<recording::RunRecorder> make_recorder(const RunSetup& setup, const hal::Rectifier& rectifier, Arena& arena) {
   recording::RecordingConfig config = recording_config(setup.config, rectifier.geometry(), setup.options.out);
   config.images = setup.options.images;
@@ -107,6 +117,7 @@ Outcome<RunComponents> make_components(RunSetup& setup, Arena& arena) {
                        .recorder = std::move(*recorder),
                        .input = std::move(*input),
                        .mask_files = make_mask_file_watch(setup.config),
+                       .mask_fit = make_mask_fit_watch(setup.config),
                        .raw = std::move(*raw),
                        .refines_calibration = setup.config.pipeline.calibration.mode == rig::RefineMode::kOn,
                        .waits_for_disk = !setup.camera.live,

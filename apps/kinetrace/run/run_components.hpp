@@ -17,6 +17,7 @@
 #include "live/worker_threads.hpp"
 #include "run/run_setup.hpp"
 #include "segmentation/mask_file_watch.hpp"
+#include "segmentation/mask_fit_watch.hpp"
 #include "segmentation/mask_mailbox.hpp"
 #include "segmentation/network_thread.hpp"
 
@@ -33,6 +34,7 @@ struct RunComponents {
   recording::RunRecorder recorder;
   InputWatch input;
   std::optional<MaskFileWatch> mask_files;       ///< Present if masks come from files.
+  std::optional<MaskFitWatch> mask_fit;          ///< Present if masks come from files or another process.
   std::unique_ptr<RecordingThread> raw;          ///< Null unless asked for.
   std::unique_ptr<RecordingThread> raw_ended{};  ///< The recording after it stopped early.
   bool refines_calibration = false;              ///< Refines and corrects.

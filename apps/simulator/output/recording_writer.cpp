@@ -41,8 +41,8 @@ Image<std::uint16_t> depth_levels(const Image<float>& depth_m) {
   return levels;
 }
 
-// Replaces only folders of an earlier simulation.
-Status clear_folder(const fs::path& folder) {
+// Replaces only folders of an earlier simulation; whether there was one.
+Result<bool> clear_folder(const fs::path& folder) {
   std::error_code error;
   const bool empty = !fs::exists(folder, error) || fs::is_empty(folder, error);
   if (!empty && !fs::exists(folder / "truth" / "objects.csv", error)) {
@@ -55,7 +55,7 @@ Status clear_folder(const fs::path& folder) {
       return fail(ErrorCode::kIo, part.string() + ": cannot be removed (" + error.message() + ")");
     }
   }
-  return {};
+  return !empty;
 }
 
 Status make_folders(const std::vector<fs::path>& folders) {
@@ -84,10 +84,12 @@ RecordingWriter::RecordingWriter(RecordingSettings settings, const StereoSimulat
       truth_(settings_.folder / "truth") {}
 
 Result<RecordingWriter> RecordingWriter::create(const RecordingSettings& settings, const StereoSimulator& simulator) {
-  if (const Status cleared = clear_folder(settings.folder); !cleared) {
-    return Unexpected(cleared.error());
+  const Result<bool> replaced = clear_folder(settings.folder);
+  if (!replaced) {
+    return Unexpected(replaced.error());
   }
   RecordingWriter writer(settings, simulator);
+  writer.replaced_ = *replaced;
   std::vector<fs::path> folders;
   for (std::size_t side = 0; side < 2; ++side) {
     folders.push_back(writer.drive_ / kCameras[side] / "data");

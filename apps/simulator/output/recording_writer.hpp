@@ -28,6 +28,8 @@ class RecordingWriter {
   [[nodiscard]] Status finish();
 
   [[nodiscard]] const std::filesystem::path& drive() const noexcept { return drive_; }
+  /// Whether an earlier simulation was in the folder.
+  [[nodiscard]] bool replaced() const noexcept { return replaced_; }
 
  private:
   RecordingWriter(RecordingSettings settings, const StereoSimulator& simulator);
@@ -38,6 +40,7 @@ class RecordingWriter {
   SimulatorSettings simulator_settings_;
   std::filesystem::path drive_;
   std::filesystem::path truth_;
+  bool replaced_ = false;
   std::array<std::ofstream, 2> timestamps_;
   std::ofstream camera_poses_;
   std::ofstream right_camera_;  ///< Open only if the right camera's pose differs from its calibration.

@@ -104,8 +104,9 @@ Result<TrueCamera> read_camera(const Place& place, const TruthSource& source) {
     case TruthFormat::kTum: return read_tum(place.path);
     case TruthFormat::kEuroc:
       if (!source.T_body_cam) {
-        return fail(ErrorCode::kInvalidArgument,
-                    place.path.string() + ": has poses of the body; the left camera's sensor.yaml is needed as well");
+        return fail(ErrorCode::kInvalidArgument, place.path.string() +
+                                                     ": has poses of the body; the left camera's sensor.yaml is needed "
+                                                     "as well (evaluate --truth-body-camera SENSOR.yaml)");
       }
       return read_euroc(place.path, *source.T_body_cam);
     case TruthFormat::kKittiTracking: break;

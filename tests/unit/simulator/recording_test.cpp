@@ -169,7 +169,7 @@ TEST_F(Recording, MasksAndDepthAreThoseOfTheSimulator) {
 TEST_F(Recording, ReplacesAnEarlierSimulationOnly) {
   StereoSimulator simulator = small_simulator("static", {}, 128);
   record(simulator);
-  record(simulator);
+  EXPECT_TRUE(RecordingWriter::create({folder_.path() / "sim", true, {}}, simulator).value().replaced());
   const fs::path other = folder_.path() / "precious";
   fs::create_directories(other);
   std::ofstream(other / "thesis.txt") << "years of work";

@@ -43,13 +43,15 @@ enum class HealthReason : std::uint8_t {
   kRecordingStopped,  ///< Raw images are not recorded any more.
   kMasksMissing,      ///< Frames without the expected masks: a network is slow, fails, or is missing.
   kMasksUnreadable,   ///< Mask files that are damaged, or of another size or type.
+  kMasksExchanged,    ///< The left masks are those of the right image.
+  kMasksUnrelated,    ///< Masks of other images.
   kNotPublished,      ///< Results without receiver: network or DDS unavailable.
   // Reduced work after missed deadlines:
   kShedsIterations,  ///< Of bundle adjustment.
   kShedsPoints,
   kShedsObjects,
 };
-inline constexpr std::size_t kHealthReasonCount = 23;
+inline constexpr std::size_t kHealthReasonCount = 25;
 
 [[nodiscard]] constexpr std::string_view to_string(HealthReason reason) noexcept {
   constexpr std::array<std::string_view, kHealthReasonCount> kNames{
@@ -57,8 +59,9 @@ inline constexpr std::size_t kHealthReasonCount = 23;
       "frames_damaged",    "frames_of_wrong_size", "frames_outdated",  "clock_jumped",
       "views_out_of_step", "views_identical",      "views_exchanged",  "views_unrelated",
       "no_parallax",       "calibration_off",      "images_frozen",    "pose_lost",
-      "recording_stopped", "masks_missing",        "masks_unreadable", "not_published",
-      "sheds_iterations",  "sheds_points",         "sheds_objects"};
+      "recording_stopped", "masks_missing",        "masks_unreadable", "masks_exchanged",
+      "masks_unrelated",   "not_published",        "sheds_iterations", "sheds_points",
+      "sheds_objects"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 
