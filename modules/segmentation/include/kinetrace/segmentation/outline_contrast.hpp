@@ -22,7 +22,7 @@ struct KINETRACE_API OutlineContrast {
 };
 
 /// Of the tracks that were detected in this frame. `left_labels`: Track::label() per pixel, of
-/// the pair's size. Never allocates; 35 us for 1242x375 and ten objects.
+/// the pair's size. Never allocates; .08 ms for ten objects of 80x80 px.
 [[nodiscard]] KINETRACE_API OutlineContrast outline_contrast(const RectifiedPair& pair, LabelView left_labels,
                                                              std::span<const Track> tracks) noexcept;
 
