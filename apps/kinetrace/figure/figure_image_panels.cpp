@@ -67,7 +67,7 @@ std::string status_words(BodyStatus status) {
   switch (status) {
     case BodyStatus::kTracked: return "tracked";
     case BodyStatus::kStereoOnly: return "stereo only";
-    case BodyStatus::kPropagated: return "predicted";
+    case BodyStatus::kPropagated: return "propagated";
     case BodyStatus::kInitializing:
     case BodyStatus::kLost: break;
   }

@@ -40,6 +40,10 @@ Result<FigureRun> FigureRun::from(recording::Run run) {
     track.class_id = row.class_id;
     track.rows.push_back(&row);
   }
+  // One name in all pictures, that of the summary: a region found by motion may be recognised later.
+  for (recording::ObjectRow& row : figure.run_.objects) {
+    row.class_id = tracks[row.track_id].class_id;
+  }
   for (auto& [id, track] : tracks) {
     track.moving = is_moving(track);
     figure.tracks_.push_back(std::move(track));

@@ -17,7 +17,7 @@ namespace kinetrace::figure {
 /// All rows of one track, by frame.
 struct TrackRows {
   std::uint32_t track_id = 0;
-  std::uint16_t class_id = 0;
+  std::uint16_t class_id = 0;                     ///< The last one, also in `rows`.
   std::vector<const recording::ObjectRow*> rows;  ///< Into the run.
   bool moving = false;                            ///< Moves in at least three frames and a fifth of all.
 };

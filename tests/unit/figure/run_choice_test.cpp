@@ -44,6 +44,15 @@ TEST(FigureRun, ATrackMovesIfItDoesInThreeFramesAndAFifthOfThem) {
   EXPECT_FALSE(with_moving_frames(3, 16));
 }
 
+TEST(FigureRun, ATrackHasTheClassThatItHadLastInAllFrames) {
+  recording::Run run = straight_drive(2);
+  for (int i = 0; i < 2; ++i) {
+    run.objects.push_back(object_row(i, 1, {0, 0, 10}));
+    run.objects.back().class_id = static_cast<std::uint16_t>(i);  // 1: a car
+  }
+  EXPECT_EQ(open(std::move(run)).objects_at(0).front().class_id, 1);
+}
+
 TEST(FigureRun, WithoutFramesIsAnError) {
   const Result<FigureRun> run = FigureRun::from(straight_drive(0));
   ASSERT_FALSE(run);
