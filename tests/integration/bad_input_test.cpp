@@ -238,6 +238,7 @@ TEST_F(BadInput, NothingToSeeIsReportedAsSuch) {
     EXPECT_EQ(run["frames"], recording_.frames);
     EXPECT_GT(run["counters"]["background_lost_frames"], 0);
     EXPECT_NE(run["health"]["worst"], "ok");
+    EXPECT_THAT(run["warnings"].dump(), HasSubstr("motion was found in 1 of 6 frames only"));
   }
 }
 

@@ -332,5 +332,21 @@ TEST_F(Evaluate, WarnsOfTruthBesideAnotherRecording) {
   }
 }
 
+TEST_F(Evaluate, WarnsOfATruthThatGoesAnotherWay) {
+  const fs::path other = scratch_.path() / "other.txt";
+  std::ifstream poses(world_->truth() / "camera_poses.txt");
+  std::ofstream longer(other);
+  // Only the last column's third row, the way ahead, is longer.
+  for (std::string line; std::getline(poses, line);) {
+    const std::size_t last = line.rfind(' ') + 1;
+    longer << line.substr(0, last) << 1.2 * std::stod(line.substr(last)) << '\n';
+  }
+  longer.close();
+  const ProgramResult result = evaluate(other);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("differs from " + other.string()), HasSubstr("truth of another recording")));
+  EXPECT_THAT(evaluate(world_->truth() / "camera_poses.txt").err, IsEmpty());
+}
+
 }  // namespace
 }  // namespace kinetrace::test

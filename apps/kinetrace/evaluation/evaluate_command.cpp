@@ -10,6 +10,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "cli/commands.hpp"
+#include "cli/formatted.hpp"
 #include "cli/messages.hpp"
 #include "evaluation/evaluate_input.hpp"
 #include "kinetrace/core/files.hpp"
@@ -152,6 +153,17 @@ std::string note_of_other_recording(const fs::path& truth, const recording::Run&
          "; unless they are the same recording, all figures are wrong";
 }
 
+// Other truth than the simulator's has no name. Stereo odometry drifts by 2 %, and by 10 % with a rather wrong scale.
+std::string note_of_other_path(const evaluation::CameraMetrics& camera, const std::string& truth,
+                               const recording::Run& run) {
+  constexpr double kMaxDrift = 10.0;  // Per cent.
+  if (!camera.t_rel_percent || *camera.t_rel_percent <= kMaxDrift) {
+    return "";
+  }
+  return "the camera's path differs from " + truth + " by " + formatted("%.0f %%", *camera.t_rel_percent) +
+         " of its length; unless the run failed, that is the truth of another recording than " + run.dataset;
+}
+
 Result<Evaluation> evaluate(const EvaluateOptions& options, const recording::Run& run) {
   const Result<evaluation::TruthSource> source = truth_source(options, run);
   if (!source) {
@@ -177,6 +189,9 @@ Result<Evaluation> evaluate(const EvaluateOptions& options, const recording::Run
   evaluation.truth = options.truth.string();
   evaluation.truth_format = to_string(truth->format);
   evaluation.camera = evaluation::evaluate_camera(input->camera);
+  if (std::string note = note_of_other_path(evaluation.camera, evaluation.truth, run); !note.empty()) {
+    evaluation.notes.push_back(std::move(note));
+  }
   evaluation.camera_rotation_deg = input->camera_rotation_deg;
   evaluation.association = input->association;
   evaluation.object_config.truth_is_complete = truth->is_complete;

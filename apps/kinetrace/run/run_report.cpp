@@ -76,6 +76,13 @@ void RunReport::add_health() {
     }
     summary_.warnings.push_back("was " + std::string(to_string(health.worst())) + ": " + reasons);
   }
+  const auto lost = static_cast<std::int64_t>(health.all()[static_cast<std::size_t>(HealthReason::kPoseLost)].count);
+  if (2 * lost > summary_.frames) {
+    summary_.warnings.push_back("the camera's motion was found in " + std::to_string(summary_.frames - lost) + " of " +
+                                std::to_string(summary_.frames) +
+                                " frames only, so these results are of no use; check the light and that the images of "
+                                "both views and the calibration belong together (kinetrace doctor)");
+  }
 }
 
 void RunReport::add_masks(const MaskCounters& masks) {
