@@ -255,6 +255,16 @@ TEST_F(Evaluate, TakesAFolderWhoseRunWasKilledAndSaysSo) {
   EXPECT_EQ(found["notes"].size(), 1U);
 }
 
+TEST_F(Evaluate, SaysThatARunHasNoFrame) {
+  for (const char* file : {"camera.tum", "camera_kitti.txt"}) {
+    fs::resize_file(run() / file, 0);
+  }
+  fs::remove(run() / "run.json");
+  const ProgramResult result = evaluate(world_->truth());
+  EXPECT_EQ(result.exit_code, 65);
+  EXPECT_THAT(result.err, HasSubstr(run().string() + ": the run has no frame"));
+}
+
 TEST_F(Evaluate, SaysWhichFramesHaveNoTruth) {
   const fs::path poses = scratch_.path() / "poses.txt";
   std::ifstream whole(world_->truth() / "camera_poses.txt");

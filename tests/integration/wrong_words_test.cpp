@@ -72,6 +72,7 @@ TEST(WrongWords, LayoutBoardSegmentationAndFault) {
   expect_refused({"plan", "--board", "raspbery-pi-5"}, kConfig, "did you mean raspberry-pi-5?");
   expect_refused(run_with({"--segmentation", "moton"}), kUsage, "did you mean motion?");
   expect_refused(run_with({"--segmentation", "mask:left"}), kUsage, "did you mean masks?");
+  expect_refused(run_with({"--segmentation", "masks:"}), kUsage, "masks:LEFT_DIR[,RIGHT_DIR], onnx[:MODEL.yaml], dds");
   TempFolder folder;
   const std::string camera = folder.file("camera.yaml");
   std::ofstream(camera) << "source: files\nfiles: {path: x}\nfaults: duplicat@3\n";

@@ -121,7 +121,11 @@ Outcome<CameraSetup> from_devices(const CameraConfig& config, bool uncalibrated)
   auto calibration = uncalibrated ? hal::images_alone(width_px, height_px)
                                   : hal::read_rig_calibration(config.calibration, width_px, height_px);
   if (!calibration) {
-    return failure(calibration.error());
+    const Error& error = calibration.error();
+    return failure(error.code == ErrorCode::kNotFound
+                       ? Error{error.code, error.message + "; a camera's calibration comes from kinetrace calibrate "
+                                                           "(config/README.md, your own camera)"}
+                       : error);
   }
   setup.calibration = std::move(*calibration);
   setup.description = {{"devices", setup.live->right ? config.left_device + ", " + config.right_device

@@ -213,6 +213,9 @@ double turn_camera(std::vector<evaluation::PosePair>& pairs) {
 Result<EvaluationInput> match_up(const recording::Run& run, const evaluation::Truth& truth,
                                  std::int64_t time_tolerance_ns, std::optional<Association> association,
                                  double gate_m) {
+  if (run.camera.empty()) {
+    return fail(ErrorCode::kBadFormat, run.directory.string() + ": the run has no frame; there is nothing to evaluate");
+  }
   EvaluationInput input;
   input.camera = pair_cameras(run, truth, time_tolerance_ns);
   if (input.camera.empty()) {

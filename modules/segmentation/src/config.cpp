@@ -85,7 +85,7 @@ Result<SegmentationConfig> parse_segmentation(std::string_view text) {
   return fail(ErrorCode::kInvalidArgument,
               "segmentation \"" + std::string(text) +
                   "\" is none of: auto[:MODEL.yaml], motion, none, masks:LEFT_DIR[,RIGHT_DIR], onnx[:MODEL.yaml], dds" +
-                  did_you_mean(name, names));
+                  (is_named ? "" : did_you_mean(name, names)));
 }
 
 }  // namespace kinetrace::segmentation

@@ -75,6 +75,11 @@ Result<std::unique_ptr<MaskFileSegmenter>> MaskFileSegmenter::create(const Segme
     if (const Status found = check_directory(config.right_dir, "segmentation.right_dir"); !found) {
       return Unexpected(found.error());
     }
+    if (std::error_code error; std::filesystem::equivalent(config.left_dir, config.right_dir, error)) {
+      return fail(ErrorCode::kInvalidConfig, "segmentation.right_dir: " + config.right_dir +
+                                                 " holds the masks of the left images; give those of the right ones, "
+                                                 "or none");
+    }
   }
   auto reader = imaging::ImageReader::create(reader_config(geometry), arena);
   if (!reader) {

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "association_cost.hpp"
 #include "expectations.hpp"
@@ -22,6 +21,14 @@ constexpr double kFeaturesToHalveSigma = 4.0;
 /// Log prior of features and prediction both being wrong, for an object detected in the previous frame.
 constexpr double kLogPredictionFailure = -3.0;
 
+/// Marks the sides that the image border cut off in `last`.
+void mark_cut_sides(const PixelBox& last, int width_px, int height_px, BoxPrediction& prediction) {
+  if (!last.empty()) {
+    prediction.low_is_cut = {last.x0 <= 0, last.y0 <= 0};
+    prediction.high_is_cut = {last.x1 >= width_px, last.y1 >= height_px};
+  }
+}
+
 /// The same position, known to about a pixel.
 BoxPrediction certain_box_at(const PixelBox& box, const Eigen::Vector2d& shift_px = Eigen::Vector2d::Zero()) {
   BoxPrediction prediction;
@@ -39,10 +46,6 @@ BoxPrediction box_at(const ImageExtent& extent, double occluded) {
           .low_sigma_px = extent.low_sigma_px,
           .high_sigma_px = extent.high_sigma_px,
           .occluded = occluded};
-}
-
-bool is_inside(const ImageExtent& extent, int width_px, int height_px) {
-  return extent.low_px.minCoeff() >= 0.0 && extent.high_px.x() <= width_px && extent.high_px.y() <= height_px;
 }
 
 /// Size of a mask to which errors of its position are relative. The extent beyond the image border is unknown; the
@@ -107,27 +110,27 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
   const auto evidence_at = [&](const BoxPrediction& expected) {
     return box_evidence(expected, detection.box_px, width_px_, height_px_);
   };
+  const auto evidence_at_mask = [&](BoxPrediction expected) {
+    mark_cut_sides(instance.track.box_px, width_px_, height_px_, expected);
+    return evidence_at(expected);
+  };
   const double unoccluded =
       instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
   const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
   BoxPrediction mask = mask_box(instance, std::max(missed_s, 0.0), width_px_, height_px_);
   mask.occluded = 1.0 - unoccluded;
-  double best = -std::numeric_limits<double>::infinity();
-  // The mask lacks what the image border or an unknown occluder has hidden; the box has it.
-  const std::optional<ImageExtent>& extent = instance.prediction.extent;
-  if (extent) {
+  double best = evidence_at_mask(mask);
+  // The mask lacks what an unknown occluder has hidden; the box has it.
+  if (const std::optional<ImageExtent>& extent = instance.prediction.extent) {
     best = std::max(best, evidence_at(box_at(*extent, mask.occluded)));
-  }
-  if (!extent || is_inside(*extent, width_px_, height_px_)) {
-    best = std::max(best, evidence_at(mask));
   }
   if (instance.track.missed_frames == 0 && instance.track.age_frames > 0) {
     const ObjectPrediction& then = instance.previous_prediction;
     const ObjectPrediction& now = instance.prediction;
     const bool moved = then.known && now.known && then.direction_only == now.direction_only;
     const Eigen::Vector2d shift_px = moved ? Eigen::Vector2d(now.point_px - then.point_px) : Eigen::Vector2d(0.0, 0.0);
-    best = std::max({best, kLogPredictionFailure + evidence_at(certain_box_at(instance.track.box_px)),
-                     kLogPredictionFailure + evidence_at(certain_box_at(instance.track.box_px, shift_px))});
+    best = std::max({best, kLogPredictionFailure + evidence_at_mask(certain_box_at(instance.track.box_px)),
+                     kLogPredictionFailure + evidence_at_mask(certain_box_at(instance.track.box_px, shift_px))});
   }
   return best;
 }

@@ -10,8 +10,9 @@
 namespace kinetrace::tracking {
 namespace {
 
-/// Expected new objects per frame that could be taken for a known one.
-constexpr double kNewObjects = 1.0;
+/// Expected new objects per frame that could be taken for a known one. HOTA of 50 rendered recordings
+/// is 79.25 with it, 79.04 with .3, 78.64 with 1.
+constexpr double kNewObjects = 0.1;
 /// Log ratio of the largest to the smallest object: log sizes of new ones are uniform over it.
 constexpr double kLogSizeRange = 4.6;
 /// Standard deviation of a mask's edge, and of the change of the outline with the viewpoint, relative to the size.
@@ -86,8 +87,8 @@ double log_density(std::span<const Edge> edges, const BoxPrediction& predicted) 
          0.5 * static_cast<double>(count) * std::log(2.0 * std::numbers::pi);
 }
 
-/// Edges of the detection. One at the image border is measured only if it was predicted inside; otherwise it is
-/// censored.
+/// Edges of the detection. One at the image border is measured only if it was predicted inside, and one beyond an edge
+/// that the border had cut off never; otherwise it is censored.
 std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& detected, int width_px, int height_px,
                                std::array<Edge, 4>& edges) {
   const std::array<int, 4> at{detected.x0, detected.x1, detected.y0, detected.y1};
@@ -105,7 +106,8 @@ std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& d
                     .extent_px = extent_px,
                     .residual_px = at[i] - (low ? predicted.low_px : predicted.high_px)[axis],
                     .sigma_px = std::hypot(kEdgeSigma_px, known_sigma_px > 0.0 ? known_sigma_px : outline_px)};
-    if (!at_border[i] || edge.outward_px() > 0.0) {
+    const bool was_cut = (low ? predicted.low_is_cut : predicted.high_is_cut)[static_cast<std::size_t>(axis)];
+    if (edge.outward_px() > 0.0 ? !was_cut : !at_border[i]) {
       edges[count++] = edge;
     }
   }

@@ -2,6 +2,7 @@
 // Blackman, Popoli 1999, sec. 6.2), all in nats.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 
@@ -23,6 +24,9 @@ struct BoxPrediction {
   Eigen::Vector2d position_sigma_px = Eigen::Vector2d::Zero();  ///< Of the whole box, along each axis.
   double size_sigma = 0.0;                                      ///< Of its size, relative, common to both axes.
   double occluded = 0.0;                                        ///< Part of it that is expected to be occluded.
+  /// Sides that the image border had cut off: the object reaches at least so far.
+  std::array<bool, 2> low_is_cut{};
+  std::array<bool, 2> high_is_cut{};
 };
 
 /// Evidence of the edges of a detection: the predicted object against a new one anywhere in the image, of any size. An

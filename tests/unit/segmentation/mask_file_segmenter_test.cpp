@@ -169,6 +169,18 @@ TEST_F(MaskFileSegmenterTest, NamesAMissingOrEmptyFolder) {
   EXPECT_THAT(make(true).error().message, HasSubstr("right"));
 }
 
+TEST_F(MaskFileSegmenterTest, RefusesTheLeftMasksAsThoseOfTheRightImages) {
+  write16("left/0.png", 1001);
+  SegmentationConfig config;
+  config.mode = SegmentationMode::kMasks;
+  config.left_dir = (folder_.path() / "left").string();
+  config.right_dir = (folder_.path() / "left" / "." / "").string();
+  Arena arena(required_bytes(config, kGeometry, 100));
+  const auto segmenter = make_segmenter(config, kGeometry, 100, arena);
+  EXPECT_EQ(segmenter.error().code, ErrorCode::kInvalidConfig);
+  EXPECT_THAT(segmenter.error().message, HasSubstr("masks of the left images"));
+}
+
 TEST_F(MaskFileSegmenterTest, NeedsExactlyTheBytesItAnnounces) {
   write16("left/0.png", 1001);
   SegmentationConfig config;

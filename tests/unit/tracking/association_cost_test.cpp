@@ -73,6 +73,19 @@ TEST(BoxEvidence, TheBordersOfTheImageHideWhatIsBeyond) {
       << "what is inside the image is all there is of it";
 }
 
+TEST(BoxEvidence, AnObjectThatTheBorderHadCutOffMayReachFartherThanItsMask) {
+  // Predicted from a mask that was cut off on the left: it has moved in, and more of the object with it.
+  BoxPrediction predicted = predicted_at({40, 80, 100, 120});
+  const PixelBox whole{0, 80, 100, 120};
+  EXPECT_LT(box_evidence(predicted, whole, kImageWidth, kImageHeight), 0.0);
+  predicted.low_is_cut = {true, false};
+  EXPECT_GT(box_evidence(predicted, whole, kImageWidth, kImageHeight), 5.0);
+  // It reaches at least as far as the mask, and the other sides are measured.
+  EXPECT_LT(box_evidence(predicted, {80, 80, 100, 120}, kImageWidth, kImageHeight),
+            box_evidence(predicted, whole, kImageWidth, kImageHeight));
+  EXPECT_LT(box_evidence(predicted, {0, 80, 140, 120}, kImageWidth, kImageHeight), 0.0);
+}
+
 TEST(FeatureEvidence, CountsManyFeaturesAsAFew) {
   EXPECT_EQ(feature_evidence(0, 0), 0.0);
   EXPECT_GT(feature_evidence(1, 1), 0.0);
