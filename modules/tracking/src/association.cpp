@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "association_cost.hpp"
 #include "expectations.hpp"
@@ -46,6 +47,15 @@ BoxPrediction box_at(const ImageExtent& extent, double occluded) {
           .low_sigma_px = extent.low_sigma_px,
           .high_sigma_px = extent.high_sigma_px,
           .occluded = occluded};
+}
+
+/// Whether the box says where the object's visible part is as surely as its mask does.
+bool is_surer(const ImageExtent& extent, const BoxPrediction& mask) {
+  return extent.low_sigma_px.cwiseMax(extent.high_sigma_px).maxCoeff() < mask.position_sigma_px.maxCoeff();
+}
+
+bool is_inside(const ImageExtent& extent, int width_px, int height_px) {
+  return extent.low_px.minCoeff() >= 0.0 && extent.high_px.x() <= width_px && extent.high_px.y() <= height_px;
 }
 
 /// Size of a mask to which errors of its position are relative. The extent beyond the image border is unknown; the
@@ -119,10 +129,14 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
   const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
   BoxPrediction mask = mask_box(instance, std::max(missed_s, 0.0), width_px_, height_px_);
   mask.occluded = 1.0 - unoccluded;
-  double best = evidence_at_mask(mask);
-  // The mask lacks what an unknown occluder has hidden; the box has it.
-  if (const std::optional<ImageExtent>& extent = instance.prediction.extent) {
+  double best = -std::numeric_limits<double>::infinity();
+  // The mask lacks what the image border or an unknown occluder has hidden; the box has it.
+  const std::optional<ImageExtent>& extent = instance.prediction.extent;
+  if (extent) {
     best = std::max(best, evidence_at(box_at(*extent, mask.occluded)));
+  }
+  if (!extent || is_inside(*extent, width_px_, height_px_) || !is_surer(*extent, mask)) {
+    best = std::max(best, evidence_at_mask(mask));
   }
   if (instance.track.missed_frames == 0 && instance.track.age_frames > 0) {
     const ObjectPrediction& then = instance.previous_prediction;
