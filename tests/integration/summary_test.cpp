@@ -25,7 +25,9 @@ class Summary : public ::testing::Test {
   void write_run(const std::string& segmentation, bool with_objects) {
     std::ofstream(folder_.file("run.json"))
         << R"({"dataset": {"dataset": "folder:x", "sequence": "x"}, "frames": 2, "config": {"segmentation": {"mode": ")"
-        << segmentation << "\"}}}";
+        << segmentation
+        << R"("}}, "warnings": ["ended early by signal 2"], "rectified": {"width_px": 640, "height_px": 480,)"
+        << R"("fx_px": 500.0, "fy_px": 500.0, "cx_px": 320.0, "cy_px": 240.0, "baseline_m": 5.37}})";
     std::ofstream(folder_.file("camera.tum")) << "1317048433.512345678 0 0 0 0 0 0 1\n"
                                                  "1317048433.612345678 0 0 1 0 0 0 1\n";
     std::ofstream(folder_.file("camera_kitti.txt")) << "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 1\n";
@@ -78,6 +80,17 @@ TEST_F(Summary, IsTheSameAsJson) {
   EXPECT_TRUE(json["objects"][2]["displacement_m"].is_null());
 }
 
+TEST_F(Summary, TellsTheBaselineAndTheWarningsOfTheRun) {
+  write_run("motion", true);
+  const ProgramResult result = run_kinetrace({"summary", folder_.path().string()});
+  EXPECT_THAT(result.out, HasSubstr("Rectified: 640x480 pixels, focal length 500.0 px, baseline 5.37 m\n"));
+  EXPECT_THAT(result.out, HasSubstr("Warning of the run: ended early by signal 2\n"));
+  const std::string text = run_kinetrace({"summary", "--json", folder_.path().string()}).out;
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  EXPECT_DOUBLE_EQ(json["baseline_m"], 5.37);
+  EXPECT_EQ(json["warnings"], nlohmann::json({"ended early by signal 2"}));
+}
+
 TEST_F(Summary, SaysThatThereIsNoneAndWhereNoneWasLookedFor) {
   write_run("motion", false);
   EXPECT_THAT(run_kinetrace({"summary", folder_.path().string()}).out, HasSubstr("objects: none\n"));
@@ -109,8 +122,8 @@ TEST_F(Summary, EndsARun) {
   ASSERT_EQ(looked.exit_code, 0) << looked.err;
   EXPECT_THAT(looked.out, HasSubstr("Found: camera: 0.5"));
   EXPECT_THAT(looked.out, HasSubstr("m in 12 frames; objects: none\n"));
-  const std::string found = looked.out.substr(looked.out.find("Found: "));
-  EXPECT_EQ(run_kinetrace({"summary", out}).out, found.substr(0, found.find('\n') + 1));
+  const std::string found = looked.out.substr(looked.out.find("Rectified: "));
+  EXPECT_THAT(run_kinetrace({"summary", out}).out, HasSubstr(found.substr(0, found.find("objects: none\n"))));
   std::ifstream file(out + "/run.json");
   const nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
   EXPECT_EQ(report["config"]["segmentation"]["mode"], "motion");

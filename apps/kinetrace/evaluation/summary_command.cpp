@@ -14,6 +14,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/messages.hpp"
+#include "cli/printable.hpp"
 #include "kinetrace/core/class_name.hpp"
 #include "kinetrace/recording/run_reader.hpp"
 #include "run/run_tally.hpp"
@@ -113,6 +114,15 @@ std::string statuses_text(const ObjectSummary& object) {
   return text;
 }
 
+void print_about(const Run& run) {
+  for (const std::string& warning : run.warnings) {
+    std::printf("Warning of the run: %s\n", printable(warning).c_str());
+  }
+  if (run.rectified.width_px > 0) {
+    std::printf("Rectified: %s\n", geometry_text(run.rectified).c_str());
+  }
+}
+
 void print_table(const RunTable& table) {
   std::printf("Found: %s\n", found_text(table.found, table.looked_for).c_str());
   if (table.objects.empty()) {
@@ -140,7 +150,7 @@ void print_table(const RunTable& table) {
       "first to the last position; m/s: mean speed while it moved; near: closest to the camera\n");
 }
 
-void print_json(const RunTable& table) {
+void print_json(const RunTable& table, const Run& run) {
   Json objects = Json::array();
   for (const auto& [id, object] : table.objects) {
     Json by_status = Json::object();
@@ -158,7 +168,9 @@ void print_json(const RunTable& table) {
   }
   const Json json{{"camera", {{"poses", table.found.poses}, {"path_m", table.found.camera_path_m}}},
                   {"objects_looked_for", table.looked_for},
-                  {"objects", std::move(objects)}};
+                  {"objects", std::move(objects)},
+                  {"baseline_m", run.rectified.width_px > 0 ? Json(run.rectified.baseline_m) : Json(nullptr)},
+                  {"warnings", run.warnings}};
   std::printf("%s\n", json.dump(2).c_str());
 }
 
@@ -171,7 +183,12 @@ int summary_command(const SummaryOptions& options) {
     print_warning(note);
   }
   const RunTable table = table_of(*run);
-  options.json ? print_json(table) : print_table(table);
+  if (options.json) {
+    print_json(table, *run);
+    return 0;
+  }
+  print_about(*run);
+  print_table(table);
   return 0;
 }
 

@@ -223,6 +223,7 @@ void RunReport::print() const {
         static_cast<long long>(summary_.frames), seconds_, summary_.frame_time.median_ms, summary_.frame_time.p95_ms,
         summary_.frame_time.max_ms, static_cast<double>(summary_.rss_peak_bytes) / kMib,
         static_cast<double>(summary_.planned_bytes) / kMib);
+    std::printf("Rectified: %s\n", geometry_text(geometry_).c_str());
     std::printf("Found: %s\n", found_text(summary_.found, looks_for_objects_).c_str());
     if (summary_.rig) {
       std::printf("Calibration: %s\n", rig_text(*summary_.rig, geometry_).c_str());

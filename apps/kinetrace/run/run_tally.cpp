@@ -1,7 +1,8 @@
 #include "run/run_tally.hpp"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "cli/formatted.hpp"
 
 namespace kinetrace::app {
 
@@ -42,11 +43,14 @@ RunTally::Seen& RunTally::seen(std::uint32_t track_id) noexcept {
   return oldest;
 }
 
+std::string geometry_text(const StereoGeometry& rectified) {
+  return formatted("%dx%d pixels, focal length %.1f px, baseline %.3g m", rectified.width_px, rectified.height_px,
+                   rectified.fx_px, rectified.baseline_m);
+}
+
 std::string found_text(const recording::FoundSummary& found, bool looked_for) {
-  std::array<char, 96> text{};
-  const auto poses = static_cast<unsigned long long>(found.poses);
-  std::snprintf(text.data(), text.size(), "camera: %.2f m in %llu frames; objects: ", found.camera_path_m, poses);
-  const std::string camera = text.data();
+  const std::string camera = formatted("camera: %.2f m in %llu frames; objects: ", found.camera_path_m,
+                                       static_cast<unsigned long long>(found.poses));
   if (!looked_for) {
     return camera + "not looked for, segmentation is none";
   }

@@ -1,4 +1,4 @@
-// Counts a run's results.
+// Counts a run's results; the lines of a summary.
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 
 #include "kinetrace/core/body.hpp"
 #include "kinetrace/core/frame_result.hpp"
+#include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/recording/run_summary.hpp"
 
 namespace kinetrace::app {
@@ -41,6 +42,9 @@ class RunTally {
   std::array<Seen, kRemembered> seen_{};
   std::uint64_t rows_ = 0;
 };
+
+/// "640x480 pixels, focal length 500.0 px, baseline 0.537 m", for the user to compare with the rig.
+[[nodiscard]] std::string geometry_text(const StereoGeometry& rectified);
 
 /// "camera: 13.21 m in 20 frames; objects: 5, of which 3 moved". `looked_for`: false where segmentation is none.
 [[nodiscard]] std::string found_text(const recording::FoundSummary& found, bool looked_for);

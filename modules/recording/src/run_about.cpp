@@ -61,6 +61,9 @@ RunAbout about_of(const Json& json) {
       calibration != json.end() && calibration->contains("applied")) {
     about.applied = correction_of(calibration->at("applied"));
   }
+  if (const auto warnings = json.find("warnings"); warnings != json.end()) {
+    about.warnings = warnings->get<std::vector<std::string>>();
+  }
   if (const auto files = json.find("files"); files != json.end()) {
     for (const Json& file : *files) {
       if (const auto rows = file.find("rows"); rows != file.end()) {

@@ -24,6 +24,7 @@ struct RunAbout {
   std::int64_t frames = 0;
   StereoGeometry rectified;  ///< All zero: unknown.
   RigCorrection applied;
+  std::vector<std::string> warnings;
   std::map<std::string, std::int64_t> rows;  ///< By file; unknown for files not listed.
 };
 

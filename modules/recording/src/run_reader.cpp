@@ -456,6 +456,7 @@ Result<Run> read_run(const fs::path& directory) {
   run.cameras = std::move(about->cameras);
   run.passes = static_cast<std::int64_t>(std::clamp(parse_number(about->passes).value_or(1.0), 1.0, 1e6));
   run.config_json = std::move(about->config_json);
+  run.warnings = std::move(about->warnings);
   run.rectified = about->rectified;
   run.applied = about->applied;
   if (!run.camera.empty() && run.camera.front().frame == kUnnumbered) {

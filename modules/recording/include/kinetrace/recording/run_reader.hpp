@@ -75,8 +75,9 @@ struct Run {
   std::vector<ObjectRow> objects = {};                ///< By frame, then in the file's order.
   std::optional<std::int64_t> mask_rows = {};         ///< Of mots.txt; none: unknown.
   std::optional<std::int64_t> observation_rows = {};  ///< Of observations.bin; likewise.
-  std::vector<std::string> notes = {};                ///< Notes for the user, one line each.
-  std::shared_ptr<const FolderLock> lock = {};        ///< Keeps new runs out of the folder while reading.
+  std::vector<std::string> warnings = {};       ///< Given by the run, as in run.json; among them, how it ended early.
+  std::vector<std::string> notes = {};          ///< Notes for the user, one line each.
+  std::shared_ptr<const FolderLock> lock = {};  ///< Keeps new runs out of the folder while reading.
 };
 
 /// Reads run.json, camera.tum, camera_kitti.txt, camera_frames.csv and objects.csv, and checks their consistency. In
