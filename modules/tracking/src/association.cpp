@@ -124,8 +124,9 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
     mark_cut_sides(instance.track.box_px, width_px_, height_px_, expected);
     return evidence_at(expected);
   };
+  // No known object occludes what is predicted outside the image.
   const double unoccluded =
-      instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 0.0;
+      instance.predicted_px > 0 ? static_cast<double>(instance.overlap.area_px) / instance.predicted_px : 1.0;
   const double missed_s = 1e-9 * static_cast<double>(timestamp_ns_ - interval_ns_ - instance.matched_timestamp_ns);
   BoxPrediction mask = mask_box(instance, std::max(missed_s, 0.0), width_px_, height_px_);
   mask.occluded = 1.0 - unoccluded;
@@ -135,7 +136,8 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
   if (extent) {
     best = std::max(best, evidence_at(box_at(*extent, mask.occluded)));
   }
-  if (!extent || is_inside(*extent, width_px_, height_px_) || !is_surer(*extent, mask)) {
+  const bool is_mask_surer = !extent || is_inside(*extent, width_px_, height_px_) || !is_surer(*extent, mask);
+  if (is_mask_surer && !is_behind_camera(instance)) {
     best = std::max(best, evidence_at_mask(mask));
   }
   if (instance.track.missed_frames == 0 && instance.track.age_frames > 0) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Cholesky>
@@ -24,8 +25,6 @@ constexpr double kOccludedEdgeSigma = 0.2;
 /// detected nevertheless.
 constexpr double kMinOccluded = 0.005;
 constexpr double kMaxOccluded = 0.5;
-/// An edge farther inside the predicted box counts as occluded.
-constexpr double kInsideSigmas = 2.0;
 /// Probability that a feature stays on its object, and that it lies on another one by chance.
 constexpr double kFeatureOnObjectProbability = 0.9;
 constexpr double kFeatureOnOtherProbability = 0.02;
@@ -114,26 +113,51 @@ std::span<const Edge> edges_of(const BoxPrediction& predicted, const PixelBox& d
   return std::span(edges).first(count);
 }
 
+/// The same where each edge is occluded with this probability, and then anywhere inside the predicted one: for the most
+/// likely set of occluded edges, found one by one.
+double log_density_if_occluded(std::span<const Edge> edges, const BoxPrediction& predicted, double occluded) {
+  const auto density_of = [&](unsigned hidden) {
+    std::array<Edge, 4> shown;
+    std::size_t count = 0;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      if ((hidden >> i & 1U) != 0U) {
+        sum += std::log(occluded) - std::log(edges[i].extent_px);
+      } else {
+        sum += std::log(1.0 - occluded);
+        shown[count++] = edges[i];
+      }
+    }
+    return sum + log_density(std::span(shown).first(count), predicted);
+  };
+  unsigned hidden = 0;
+  double best = density_of(hidden);
+  for (std::size_t n = 0; n < edges.size(); ++n) {
+    const unsigned before = hidden;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const unsigned with_this = before | 1U << i;
+      const double density = edges[i].outward_px() < 0.0 && with_this != before
+                                 ? density_of(with_this)
+                                 : -std::numeric_limits<double>::infinity();
+      if (density > best) {
+        best = density;
+        hidden = with_this;
+      }
+    }
+    if (hidden == before) {
+      break;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 double box_evidence(const BoxPrediction& predicted, const PixelBox& detected, int width_px, int height_px) {
   std::array<Edge, 4> all;
   const std::span<const Edge> edges = edges_of(predicted, detected, width_px, height_px, all);
   const double occluded = std::clamp(predicted.occluded, kMinOccluded, kMaxOccluded);
-  double truncated = 0.0;
-  std::array<Edge, 4> measured;
-  std::size_t count = 0;
-  for (const Edge& edge : edges) {
-    const double sigma_px =
-        std::hypot(edge.sigma_px, predicted.position_sigma_px[edge.axis], 0.5 * predicted.size_sigma * edge.extent_px);
-    if (edge.outward_px() < -kInsideSigmas * sigma_px) {
-      truncated += std::log(occluded) - std::log(edge.extent_px);
-    } else {
-      measured[count++] = edge;
-    }
-  }
-  const auto shown = static_cast<double>(count) * std::log(1.0 - occluded);
-  const double this_object = truncated + shown + log_density(std::span(measured).first(count), predicted);
+  const double this_object = log_density_if_occluded(edges, predicted, occluded);
   // A new object: uniform position, log-uniform sizes. A censored edge contributes no factor.
   const double per_axis[2] = {-std::log(static_cast<double>(width_px)) - std::log(kLogSizeRange * detected.width()),
                               -std::log(static_cast<double>(height_px)) - std::log(kLogSizeRange * detected.height())};

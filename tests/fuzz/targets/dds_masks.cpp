@@ -26,7 +26,8 @@ kinetrace_InstanceMask any_mask(FuzzedDataProvider& values, std::vector<std::uin
     mask.x1_px = static_cast<std::uint16_t>(mask.x0_px + 1 + mask.x1_px % (kWidth - mask.x0_px));
     mask.y1_px = static_cast<std::uint16_t>(mask.y0_px + 1 + mask.y1_px % (kHeight - mask.y0_px));
   }
-  int rest = (mask.x1_px - mask.x0_px) * (mask.y1_px - mask.y0_px);
+  std::int64_t rest = std::int64_t{mask.x1_px} - mask.x0_px;
+  rest *= std::int64_t{mask.y1_px} - mask.y0_px;
   const auto count = values.ConsumeIntegralInRange<std::size_t>(0, 5);
   while (runs.size() < count) {
     runs.push_back(values.ConsumeIntegral<std::uint8_t>());

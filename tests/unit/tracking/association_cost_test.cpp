@@ -64,6 +64,20 @@ TEST(BoxEvidence, OfAHiddenObjectAnyPartMayBeSeenAndNothingBesideIt) {
   EXPECT_LT(box_evidence(predicted, moved(part, 60), kImageWidth, kImageHeight), 0.0);
 }
 
+TEST(BoxEvidence, AnEdgeThatIsUncertainMayBeOccludedAsWell) {
+  BoxPrediction predicted = predicted_at(kCar, 4.0, 0.05);
+  predicted.low_sigma_px.setConstant(12.0);
+  predicted.high_sigma_px.setConstant(12.0);
+  const PixelBox roof{300, 80, 360, 98};  // its lower edge lies 1.8 sigmas inside
+  const double in_view = box_evidence(predicted, roof, kImageWidth, kImageHeight);
+  predicted.occluded = 0.5;
+  const double behind_another = box_evidence(predicted, roof, kImageWidth, kImageHeight);
+  EXPECT_GT(behind_another, box_evidence(predicted, kCar, kImageWidth, kImageHeight) - 3.0);
+  const PixelBox below = moved(roof, 0, 70);
+  EXPECT_LT(box_evidence(predicted, below, kImageWidth, kImageHeight), behind_another - 3.0);
+  EXPECT_GT(in_view, 0.0);
+}
+
 TEST(BoxEvidence, TheBordersOfTheImageHideWhatIsBeyond) {
   const PixelBox leaving{-40, 80, 20, 120};
   const PixelBox seen{0, 80, 20, 120};
