@@ -136,8 +136,8 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
   if (extent) {
     best = std::max(best, evidence_at(box_at(*extent, mask.occluded)));
   }
-  const bool is_mask_surer = !extent || is_inside(*extent, width_px_, height_px_) || !is_surer(*extent, mask);
-  if (is_mask_surer && !is_behind_camera(instance)) {
+  const bool may_use_mask = !extent || is_inside(*extent, width_px_, height_px_) || !is_surer(*extent, mask);
+  if (may_use_mask && !is_behind_camera(instance)) {
     best = std::max(best, evidence_at_mask(mask));
   }
   if (instance.track.missed_frames == 0 && instance.track.age_frames > 0) {
