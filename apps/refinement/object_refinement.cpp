@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "kinetrace/core/body_velocity.hpp"
 #include "object_rows.hpp"
@@ -11,9 +12,6 @@ namespace {
 
 using recording::ObjectRow;
 
-// As trajectory.smoothing_acceleration_mps2 and smoothing_turn_radps2.
-constexpr double kAcceleration_mps2 = 3.0;
-constexpr double kTurn_radps2 = 0.6;
 // As object.turn_rate_radps: a prior against the noisy rotation of short tracks with few points.
 constexpr double kUsualTurn_radps = 0.1;
 // Lower bound of the frame-to-frame sigma of stereo-only positions.
@@ -49,6 +47,13 @@ std::vector<Piece> pieces_of(const ObjectHistory& history) {
     pieces.back().last = row;
   }
   return pieces;
+}
+
+/// Normal of the ground in the world. Boxes have the world's y axis where the ground is not known.
+std::optional<Eigen::Vector3d> vertical_of(const ObjectHistory& history) {
+  const auto known = std::find_if(history.rows.rbegin(), history.rows.rend(),
+                                  [](const auto& row) { return row.second.box.down != Eigen::Vector3d::UnitY(); });
+  return known == history.rows.rend() ? std::nullopt : std::optional(known->second.box.down);
 }
 
 class PieceRefinement {
@@ -140,7 +145,7 @@ class PieceRefinement {
         refinement::BatchMotion{.T_world_cam = T_world_cam_,
                                 .timestamps_ns = timestamps_ns_,
                                 .at_rest = at_rest_,
-                                .acceleration = of_turn_and_way(kTurn_radps2, kAcceleration_mps2),
+                                .vertical = vertical_of(history_),
                                 .rest_velocity = of_turn_and_way(kRestTurnSigma_radps, kRestSpeedSigma_mps),
                                 .turn_rate_radps = kUsualTurn_radps};
   }

@@ -66,9 +66,9 @@ class ObjectCentric {
     const auto pose = [&](std::size_t k) { return WorldPose{piece_.T_world_cam[k]}; };
     for (std::size_t k = 2; k < blocks_.size(); ++k) {
       const auto [before_s, after_s] = intervals_s(k);
-      problem_.AddResidualBlock(
-          new refinement::SteadyCost({pose(k - 2), pose(k - 1), pose(k)}, before_s, after_s, inverse_sigma(k)), nullptr,
-          block(k - 2), block(k - 1), block(k));
+      problem_.AddResidualBlock(new refinement::SteadyCost({pose(k - 2), pose(k - 1), pose(k)}, before_s, after_s,
+                                                           inverse_sigma(k).asDiagonal().toDenseMatrix()),
+                                nullptr, block(k - 2), block(k - 1), block(k));
     }
   }
   /// Poses T_world_obj.

@@ -15,7 +15,7 @@ struct RenamedKey {
 
 inline constexpr double kFramesPerSecond = 10.0;
 
-inline constexpr std::array<RenamedKey, 13> kRenamedKeys{{
+inline constexpr std::array<RenamedKey, 16> kRenamedKeys{{
     {"segmentation.motion.hold_frames", "segmentation.motion.hold_s", true},
     {"segmentation.motion.window_frames", "segmentation.motion.memory_s", true},
     {"tracking.max_missed_frames", "tracking.max_missed_s", true},
@@ -23,6 +23,9 @@ inline constexpr std::array<RenamedKey, 13> kRenamedKeys{{
     {"tracking.max_tentative_missed_frames", "tracking.max_tentative_missed_s", true},
     {"object.lost_after_frames", "object.lost_after_s", true},
     {"trajectory.velocity_window_frames", "trajectory.velocity_window_s", true},
+    {"trajectory.max_acceleration_mps2", "trajectory.acceleration_mps2"},
+    {"trajectory.smoothing_acceleration_mps2", ""},
+    {"trajectory.smoothing_turn_radps2", "trajectory.turn_radps2"},
     {"trajectory.box_percentile", ""},
     {"trajectory.min_box_size_m", ""},
     {"patience.stall_ms", "timeouts.stall_ms"},

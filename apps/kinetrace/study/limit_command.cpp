@@ -110,10 +110,7 @@ Outcome<LimitRun> measure(const LimitOptions& options, const std::filesystem::pa
     return Unexpected(Failure{ExitCode::kBadData, path.string() + ": no point of a moving rigid object was measured; "
                                                                   "simulate another scene, or give --noise"});
   }
-  const trajectory::TrajectoryConfig& trajectory = config->pipeline.trajectory;
-  return LimitRun{path.string(), *noise,
-                  limit_rows(measured, *geometry, *noise,
-                             {trajectory.smoothing_acceleration_mps2, trajectory.smoothing_turn_radps2})};
+  return LimitRun{path.string(), *noise, limit_rows(measured, *geometry, *noise, config->pipeline.trajectory.motion)};
 }
 
 int study_limit(const LimitOptions& options) {

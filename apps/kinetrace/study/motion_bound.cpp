@@ -80,7 +80,9 @@ class Information {
       Matrix6d by_to;
     };
     std::vector<Velocity> velocities;
-    const Vector6d slow = weights(kMaxTurn_radps, kMaxSpeed_mps);
+    const Matrix6d slow = weights(kMaxTurn_radps, kMaxSpeed_mps).asDiagonal();
+    // True poses are upright: y is down.
+    const Eigen::Vector3d vertical = Eigen::Vector3d::UnitY();
     for (std::size_t k = 0; k + 1 < body.views.size(); ++k) {
       const SeenBody::View& from = body.views[k];
       const SeenBody::View& to = body.views[k + 1];
@@ -92,8 +94,7 @@ class Information {
     for (std::size_t k = 0; k + 1 < velocities.size(); ++k) {
       const Velocity& before = velocities[k];
       const Velocity& after = velocities[k + 1];
-      const double span_s = white_noise_span_s(0.5 * (before.step_s + after.step_s));
-      add_factor(weights(prior.turn_radps2 * span_s, prior.acceleration_mps2 * span_s),
+      add_factor(prior.root_information(vertical, 0.5 * (before.step_s + after.step_s)),
                  {{k, -before.by_from}, {k + 1, after.by_from - before.by_to}, {k + 2, after.by_to}});
     }
   }
@@ -112,10 +113,10 @@ class Information {
     std::size_t view;
     Matrix6d jacobian;
   };
-  void add_factor(const Vector6d& weight, const std::vector<Term>& terms) {
+  void add_factor(const Matrix6d& weight, const std::vector<Term>& terms) {
     for (const Term& a : terms) {
       for (const Term& b : terms) {
-        block(a.view, b.view) += a.jacobian.transpose() * weight.cwiseAbs2().asDiagonal() * b.jacobian;
+        block(a.view, b.view) += (weight * a.jacobian).transpose() * weight * b.jacobian;
       }
     }
   }

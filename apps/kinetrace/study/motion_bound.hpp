@@ -3,17 +3,12 @@
 
 #include <vector>
 
+#include "kinetrace/core/motion_prior.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "study/pixel_noise.hpp"
 #include "study/visible_points.hpp"
 
 namespace kinetrace::app {
-
-/// Prior of an object's motion: standard deviations of its acceleration, in its own axes.
-struct MotionPrior {
-  double acceleration_mps2 = 3.0;
-  double turn_radps2 = 0.6;
-};
 
 /// Least standard deviations in one view: roots of the traces of covariances.
 struct PoseBound {
@@ -32,7 +27,7 @@ struct PoseBound {
 ///   J_kl = delta_kl sum_j D_j^T M_kj D_j - sum_j D_j^T M_kj U_j^-1 M_lj D_j + P_kl
 ///
 /// is the Fisher information of the poses once points are eliminated (bundle adjustment's reduced normal equations;
-/// Triggs et al. 2000), P that of the prior: white noise on acceleration as in TrajectorySmoother, and no more than 50
+/// Triggs et al. 2000), P that of the prior: MotionPrior as in TrajectorySmoother, and no more than 50
 /// m/s and 10 rad/s. With a prior the bound is van Trees' (1968; for sequences Tichavsky, Muravchik, Nehorai 1998), at
 /// the true path. The first pose is the object's frame. Motion has the covariance of xi_k - xi_k-1: exactly the error
 /// that ObjectErrors::motion measures.

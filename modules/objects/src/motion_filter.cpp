@@ -22,6 +22,9 @@ constexpr double kRestDrift_m = 0.02;
 constexpr std::array kDwell_s{200.0, 20.0};
 /// A fitted velocity is that of the middle of its path, this long ago.
 constexpr double kVelocityLag_s = 0.3;
+/// Standard deviations of an unknown velocity: town traffic, and its slopes.
+constexpr double kUnknownVelocitySigma_mps = 5.0;
+constexpr double kUnknownVerticalSigma_mps = 1.0;
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
 constexpr int kIterations = 3;
 /// Errors of the points of one object are correlated: more features do not improve their median.
@@ -141,6 +144,12 @@ Innovation innovation_of(const Observation<N>& observation, const MotionFilter::
 
 }  // namespace
 
+Eigen::Matrix3d MotionFilter::unknown_velocity_covariance() const noexcept {
+  const double across_mps = vertical_ ? kUnknownVerticalSigma_mps : kUnknownVelocitySigma_mps;
+  return by_direction(vertical_.value_or(Eigen::Vector3d::UnitY()), across_mps * across_mps,
+                      kUnknownVelocitySigma_mps * kUnknownVelocitySigma_mps);
+}
+
 void MotionFilter::start(const MotionStart& start) noexcept {
   initialised_ = true;
   timestamp_ns_ = start.timestamp_ns;
@@ -160,10 +169,10 @@ void MotionFilter::start(const MotionStart& start) noexcept {
   const Eigen::Matrix3d prior_covariance =
       kVelocityPriorSigma_mps * kVelocityPriorSigma_mps * Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d gain = prior_covariance * (prior_covariance + start.velocity_covariance).inverse();
-  const double lag_mps = noise_.acceleration_mps2 * kVelocityLag_s;
   model_[kMoving].state.segment<3>(3) = gain * (start.pose.T_world_obj.rotation * start.velocity.tail<3>());
   model_[kMoving].covariance.block<3, 3>(3, 3) =
-      gain * start.velocity_covariance + lag_mps * lag_mps * Eigen::Matrix3d::Identity();
+      gain * start.velocity_covariance +
+      kVelocityLag_s * kVelocityLag_s * noise_.prior.acceleration_covariance(vertical_);
   model_[kMoving].probability = start.moving_probability;
 }
 
@@ -176,7 +185,7 @@ void MotionFilter::restart_at(const StereoPosition& measured, const Se3& T_world
                    .part_covariance_m2 = measured.part.covariance_m2};
   from.pose.T_world_obj.translation = T_world_cam * p_cam + measured.part.to_origin_m;
   from.pose.covariance.bottomRightCorner<3, 3>() = of_median_px * of_median_px * per_pixel * per_pixel.transpose();
-  from.velocity_covariance = kUnknownVelocitySigma_mps * kUnknownVelocitySigma_mps * Eigen::Matrix3d::Identity();
+  from.velocity_covariance = unknown_velocity_covariance();
   start(from);
 }
 
@@ -212,8 +221,7 @@ void MotionFilter::propagate(Models& models, double interval_s) const noexcept {
   transition.bottomRightCorner<3, 3>() *= part_stays;
   moving.rotation = orthonormalised(rotation);
   moving.state = transition * moving.state;
-  const double density = noise_.acceleration_mps2 * noise_.acceleration_mps2 * kAccelerationTime_s;
-  const Eigen::Matrix3d unit = density * interval_s * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d unit = kAccelerationTime_s * interval_s * noise_.prior.acceleration_covariance(vertical_);
   Matrix6d noise;
   noise << interval_s * interval_s / 3.0 * unit, 0.5 * interval_s * unit, 0.5 * interval_s * unit, unit;
   moving.covariance = transition * moving.covariance * transition.transpose();
@@ -273,9 +281,10 @@ UncertainPosition MotionFilter::predicted_part(std::int64_t timestamp_ns, const 
 
 Matrix6d MotionFilter::pose_covariance(const Model& model, std::int64_t timestamp_ns) const noexcept {
   const double unseen_s = 1e-9 * static_cast<double>(timestamp_ns - start_timestamp_ns_);
-  const double turn_rad = noise_.turn_radps2 * unseen_s * (0.5 * unseen_s + kVelocityLag_s);
+  const double per_acceleration_s2 = unseen_s * (0.5 * unseen_s + kVelocityLag_s);
   Matrix6d covariance = Matrix6d::Zero();
-  covariance.topLeftCorner<3, 3>() = start_rotation_covariance_ + turn_rad * turn_rad * Eigen::Matrix3d::Identity();
+  covariance.topLeftCorner<3, 3>() =
+      start_rotation_covariance_ + per_acceleration_s2 * per_acceleration_s2 * noise_.prior.turn_covariance(vertical_);
   covariance.bottomRightCorner<3, 3>() = model.covariance.topLeftCorner<3, 3>();
   return covariance;
 }

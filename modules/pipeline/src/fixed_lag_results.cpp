@@ -1,7 +1,5 @@
 #include "fixed_lag_results.hpp"
 
-#include <optional>
-
 namespace kinetrace::pipeline {
 namespace {
 
@@ -44,9 +42,10 @@ void FixedLagResults::push(const RectifiedPair& pair, std::span<const ObjectStat
   }
 }
 
-void FixedLagResults::revise(const CameraTracker& camera, std::span<ObjectState> objects) {
+void FixedLagResults::revise(const CameraTracker& camera, const std::optional<Eigen::Vector3d>& vertical,
+                             std::span<ObjectState> objects) {
   revise_poses(camera, objects);
-  smooth_paths(objects);
+  smooth_paths(vertical, objects);
   describe_motions(objects);
 }
 
@@ -68,7 +67,7 @@ void FixedLagResults::revise_poses(const CameraTracker& camera, std::span<Object
   }
 }
 
-void FixedLagResults::smooth_paths(std::span<ObjectState> objects) {
+void FixedLagResults::smooth_paths(const std::optional<Eigen::Vector3d>& vertical, std::span<ObjectState> objects) {
   for (std::size_t age = 0; age < pending_; ++age) {
     BufferedFrame& kept = ring_.frame(age);
     for (const BufferedObject& entry : kept.objects.first(kept.object_count)) {
@@ -77,8 +76,9 @@ void FixedLagResults::smooth_paths(std::span<ObjectState> objects) {
         continue;
       }
       ObjectState& object = objects[entry.slot];
-      const PathObject of_path =
-          object.track().id == track_id ? PathObject{object.at_rest(), object.reconstructed()} : PathObject{};
+      const PathObject of_path = object.track().id == track_id
+                                     ? PathObject{{object.at_rest(), vertical}, object.reconstructed()}
+                                     : PathObject{.prior = {.vertical = vertical}};
       if (const std::optional<PathEnd> end = paths_.smooth(ring_, pending_, track_id, age, of_path)) {
         object.reinitialise_filter(end->T_world_obj, end->velocity);
       }

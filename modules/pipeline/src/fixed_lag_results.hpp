@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "camera/camera_tracker.hpp"
@@ -22,8 +23,9 @@ class FixedLagResults {
   /// Adds the newest frame with its objects.
   void push(const RectifiedPair& pair, std::span<const ObjectState> objects);
   /// Updates all frames of the window: poses, smoothed paths, motions. Restarts the objects' motion filters from their
-  /// smoothed paths.
-  void revise(const CameraTracker& camera, std::span<ObjectState> objects);
+  /// smoothed paths. `vertical`: normal of the ground, world axes, if known.
+  void revise(const CameraTracker& camera, const std::optional<Eigen::Vector3d>& vertical,
+              std::span<ObjectState> objects);
   /// The object with this track id continues in another slot.
   void move_slot(std::uint32_t track_id, std::uint8_t slot) noexcept { ring_.move_slot(track_id, slot); }
 
@@ -38,7 +40,7 @@ class FixedLagResults {
  private:
   [[nodiscard]] const BufferedFrame* finalise_oldest() noexcept { return &ring_.frame(--pending_); }
   void revise_poses(const CameraTracker& camera, std::span<ObjectState> objects);
-  void smooth_paths(std::span<ObjectState> objects);
+  void smooth_paths(const std::optional<Eigen::Vector3d>& vertical, std::span<ObjectState> objects);
   void describe_motions(std::span<const ObjectState> objects);
 
   std::size_t window_frames_;

@@ -47,10 +47,8 @@ void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity,
   if (velocity.head<3>().norm() <= turn_rate_radps_) {
     start.velocity.head<3>().setZero();
   }
-  start.velocity_covariance = has_velocity
-                                  ? motion_.at(0).apparent_covariance
-                                  : Eigen::Matrix3d(objects::kUnknownVelocitySigma_mps *
-                                                    objects::kUnknownVelocitySigma_mps * Eigen::Matrix3d::Identity());
+  start.velocity_covariance =
+      has_velocity ? motion_.at(0).apparent_covariance : identity_.filter.unknown_velocity_covariance();
   identity_.filter.start(start);
 }
 
@@ -110,7 +108,7 @@ bool ObjectState::update_filter_by_position(const StereoObservation& observation
     life_.provisional = false;
     return true;
   }
-  frame_.identity_switched = life_.provisional;
+  frame_.identity_switched = life_.provisional && observation.agreeing >= kMinOwnFeatures;
   if (frame_.identity_switched || ++life_.rejections < kMaxRejections) {
     return false;
   }

@@ -24,7 +24,6 @@ constexpr double kNominalDistance_m = 1000.0;  // Nominal: the distance is unkno
 constexpr double kCorrelatedDisparityError_px = 0.03;
 constexpr double kLateralCorrelatedError = 0.3;
 constexpr double kUnobservedPositionSigma_m = 100.0;
-constexpr int kMinMotionFeatures = 4;  // Of rigid objects: fewer may all be another's, no evidence of a new mover.
 
 double yaw_of(const Eigen::Vector3d& direction) {
   return std::atan2(-direction.z(), direction.x());
@@ -55,10 +54,8 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       min_disparity_px_(config.object.min_disparity_px),
       turn_rate_radps_(config.object.turn_rate_radps),
       geometry_(geometry),
-      identity_(objects::MotionFilter({.acceleration_mps2 = config.trajectory.max_acceleration_mps2,
-                                       .turn_radps2 = config.trajectory.smoothing_turn_radps2,
-                                       .stereo_sigma_px = config.trajectory.stereo_sigma_px},
-                                      geometry)),
+      identity_(objects::MotionFilter(
+          {.prior = config.trajectory.motion, .stereo_sigma_px = config.trajectory.stereo_sigma_px}, geometry)),
       body_(std::move(body)),
       motion_(config.trajectory),
       box_(config.trajectory.size_table, geometry, arena) {}
@@ -237,6 +234,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   life_.timestamp_ns = timestamp_ns;
   motion_.set_gait(!is_rigid());
   motion_.set_disparity_sigma(camera.disparity_sigma_px);
+  identity_.filter.set_vertical(camera.vertical);
   measure_visible_fraction(camera);
   if (track.missed_frames == 0) {
     life_.matched_run.add_frame(frame_.interval_ns);
@@ -323,7 +321,7 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
 
 bool ObjectState::is_measured() const noexcept {
   return life_.status == BodyStatus::kTracked ||
-         (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kMinMotionFeatures);
+         (life_.status == BodyStatus::kStereoOnly && frame_.observed_features >= kMinOwnFeatures);
 }
 
 Eigen::Matrix3d ObjectState::covariance_per_disparity(const CameraState& camera) const {

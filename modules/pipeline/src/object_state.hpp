@@ -107,6 +107,8 @@ class ObjectState {
  private:
   /// After a longer uninterrupted match its position may be wrong, but not its identity.
   static constexpr std::int64_t kIdentityCertainAfter_ns = 400'000'000;
+  /// On a mask: fewer may all be another object's, and are neither evidence of motion nor of another identity.
+  static constexpr int kMinOwnFeatures = 4;
   static constexpr float kClearlyVisible = 0.6F;  ///< Where less is visible, the visible part may well be the occluder.
 
   /// State that continues under another track when the object is re-identified, besides its box.

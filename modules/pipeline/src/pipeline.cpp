@@ -238,6 +238,7 @@ EgoMotion Pipeline::Impl::locate_camera(const FeatureFrame& frame, StageObserver
 CameraState Pipeline::Impl::camera_state() const {
   CameraState now = camera.state(0);
   rig.add_uncertainty(now);
+  now.vertical = ground.ground().vertical();
   return now;
 }
 
@@ -344,7 +345,7 @@ void Pipeline::Impl::conclude(const RectifiedPair& pair, const TrackFrame& track
   const StageScope stage(observer, Stage::kTrajectory);
   intake.count(pair);
   results.push(pair, objects.slots());
-  results.revise(camera, objects.slots());
+  results.revise(camera, ground.ground().vertical(), objects.slots());
   output.set_newest(results.newest());
   output.set_finalised(results.finalise());
   output.set_bodies(camera.background(), objects.slots());

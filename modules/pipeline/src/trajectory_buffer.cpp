@@ -67,7 +67,7 @@ std::optional<PathEnd> TrajectoryBuffer::smooth(ResultRing& ring, std::size_t pe
       path[i].covariance *= samples_per_correlation_time(interval_ns);
     }
   }
-  smoother_.smooth(path, fixed, object.at_rest);
+  smoother_.smooth(path, fixed, object.prior);
   for (std::size_t i = finalised; i < end_age - age; ++i) {
     ring.frame(end_age - 1 - i).find(track_id)->result.T_world_obj = path[i].smoothed;
   }

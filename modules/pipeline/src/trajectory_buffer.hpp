@@ -24,7 +24,7 @@ struct PathEnd {
 
 /// The object of a path.
 struct PathObject {
-  bool at_rest = false;
+  trajectory::PathPrior prior = {};
   bool reconstructed = true;  ///< Otherwise final poses are as uncertain as later ones.
 };
 

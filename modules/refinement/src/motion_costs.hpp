@@ -24,12 +24,11 @@ struct WorldPose {
   }
 };
 
-/// Change of velocity, in the body's own axes, between successive intervals, with standard deviation `sigma` (white
-/// noise on acceleration; Bar-Shalom, Li, Kirubarajan 2001).
+/// Change of velocity, in the body's own axes, between successive intervals, weighted by MotionPrior::root_information.
 class SteadyCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseAmbient, kPoseAmbient> {
  public:
-  SteadyCost(const std::array<WorldPose, 3>& poses, double before_s, double after_s, const Vector6d& inverse_sigma)
-      : poses_(poses), before_s_(before_s), after_s_(after_s), inverse_sigma_(inverse_sigma) {}
+  SteadyCost(const std::array<WorldPose, 3>& poses, double before_s, double after_s, const Matrix6d& root_information)
+      : poses_(poses), before_s_(before_s), after_s_(after_s), root_information_(root_information) {}
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     const Se3 a = poses_[0].of(blocks[0]);
@@ -37,10 +36,10 @@ class SteadyCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseA
     const Se3 c = poses_[2].of(blocks[2]);
     const BodyVelocity before = body_velocity(a, b, before_s_);
     const BodyVelocity after = body_velocity(b, c, after_s_);
-    Eigen::Map<Vector6d>(residuals, 6) = inverse_sigma_.cwiseProduct(after.value - before.value);
+    Eigen::Map<Vector6d>(residuals, 6) = root_information_ * (after.value - before.value);
     const std::array<Matrix6d, 3> by_pose = {-before.by_from, after.by_from - before.by_to, after.by_to};
     for (std::size_t i = 0; jacobians != nullptr && i < by_pose.size(); ++i) {
-      put_derivative<6>(inverse_sigma_.asDiagonal() * by_pose[i] * poses_[i].derivative(blocks[i]), jacobians[i]);
+      put_derivative<6>(root_information_ * by_pose[i] * poses_[i].derivative(blocks[i]), jacobians[i]);
     }
     return true;
   }
@@ -49,7 +48,7 @@ class SteadyCost final : public ceres::SizedCostFunction<6, kPoseAmbient, kPoseA
   std::array<WorldPose, 3> poses_;
   double before_s_;
   double after_s_;
-  Vector6d inverse_sigma_;
+  Matrix6d root_information_;
 };
 
 /// Velocity of a body at rest, or turn rate of one that does not turn, with standard deviation `sigma`.

@@ -173,6 +173,9 @@ void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) 
   to.age = from.age;
   to.matched_frames += from.matched_frames;
   to.votes = from.votes;
+  if (from.prediction.known) {
+    to.prediction = to.mask_prediction = from.prediction;
+  }
   from.life = LifeState::kFree;
   LabelTable without_earlier;
   std::iota(without_earlier.begin(), without_earlier.end(), std::uint8_t{0});

@@ -45,7 +45,7 @@ Vector6d body_velocity(const PathNode& from, const PathNode& to) {
 }
 
 TrajectorySmoother::TrajectorySmoother(const TrajectoryConfig& config, std::size_t max_nodes, Arena& arena)
-    : config_(config), rows_(arena.take<BlockRow>(max_nodes)) {}
+    : prior_(config.motion), rows_(arena.take<BlockRow>(max_nodes)) {}
 
 void TrajectorySmoother::add_measurement(const PathNode& node, BlockRow& row) const noexcept {
   Matrix6d covariance = kCorrelatedPoses * node.covariance;
@@ -62,20 +62,20 @@ void TrajectorySmoother::add_measurement(const PathNode& node, BlockRow& row) co
   row.rhs -= information * error;
 }
 
-void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::size_t middle,
-                                        std::size_t fixed) noexcept {
+void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::size_t middle, std::size_t fixed,
+                                        const std::optional<Eigen::Vector3d>& vertical) noexcept {
   const BodyVelocity before = differentiated_velocity(path[middle - 1], path[middle]);
   const BodyVelocity after = differentiated_velocity(path[middle], path[middle + 1]);
-  const double span_s =
-      white_noise_span_s(0.5 * (seconds(path[middle - 1], path[middle]) + seconds(path[middle], path[middle + 1])));
-  Vector6d weight;
-  weight.head<3>().setConstant(1.0 / (config_.smoothing_turn_radps2 * span_s));
-  weight.tail<3>().setConstant(1.0 / (config_.smoothing_acceleration_mps2 * span_s));
+  const double span_s = 0.5 * (seconds(path[middle - 1], path[middle]) + seconds(path[middle], path[middle + 1]));
+  std::optional<Eigen::Vector3d> in_body = vertical;
+  if (in_body) {
+    *in_body = path[middle].smoothed.rotation.transpose() * *vertical;
+  }
+  const Matrix6d weight = prior_.root_information(in_body, span_s);
 
-  const Vector6d error = weight.cwiseProduct(after.value - before.value);
-  const std::array<Matrix6d, 3> jacobian = {weight.asDiagonal() * Matrix6d(-before.by_from),
-                                            weight.asDiagonal() * Matrix6d(after.by_from - before.by_to),
-                                            weight.asDiagonal() * after.by_to};
+  const Vector6d error = weight * (after.value - before.value);
+  const std::array<Matrix6d, 3> jacobian = {weight * -before.by_from, weight * (after.by_from - before.by_to),
+                                            weight * after.by_to};
   for (std::size_t i = 0; i < jacobian.size(); ++i) {
     const std::size_t node = middle - 1 + i;
     if (node < fixed) {
@@ -112,18 +112,18 @@ void TrajectorySmoother::add_rest(std::span<const PathNode> path, std::size_t to
   before.next += by_from.transpose() * by_to;
 }
 
-void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fixed, bool at_rest) noexcept {
+void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fixed, const PathPrior& prior) noexcept {
   for (std::size_t k = fixed; k < path.size(); ++k) {
     BlockRow& row = rows_[k - fixed];
     row = {Matrix6d::Zero(), Matrix6d::Zero(), Matrix6d::Zero(), Vector6d::Zero()};
     add_measurement(path[k], row);
   }
-  for (std::size_t k = std::max<std::size_t>(fixed, 1); at_rest && k < path.size(); ++k) {
+  for (std::size_t k = std::max<std::size_t>(fixed, 1); prior.at_rest && k < path.size(); ++k) {
     add_rest(path, k, fixed);
   }
   for (std::size_t middle = 1; middle + 1 < path.size(); ++middle) {
     if (middle + 1 >= fixed) {
-      add_smoothness(path, middle, fixed);
+      add_smoothness(path, middle, fixed, prior.vertical);
     }
   }
 }
@@ -157,7 +157,7 @@ void TrajectorySmoother::solve(std::size_t count) noexcept {
   }
 }
 
-void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed, bool at_rest) noexcept {
+void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed, const PathPrior& prior) noexcept {
   for (PathNode& node : path.subspan(std::min(fixed, path.size()))) {
     node.smoothed = node.measured;
   }
@@ -172,7 +172,7 @@ void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed, boo
   }
   const std::size_t count = path.size() - fixed;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    assemble(path, fixed, at_rest);
+    assemble(path, fixed, prior);
     solve(count);
     double largest = 0.0;
     for (std::size_t k = 0; k < count; ++k) {

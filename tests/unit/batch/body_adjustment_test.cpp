@@ -48,18 +48,15 @@ class Drive {
 
   /// Error of the body's motion from frame to frame, root mean square, metres.
   [[nodiscard]] double step_error_m() const {
-    Vector6d acceleration;
-    acceleration << 0.6, 0.6, 0.6, 3.0, 3.0, 3.0;
-    BodyProblem problem{.geometry = geometry_,
-                        .T_body_cam = truth_,
-                        .seen = seen_,
-                        .fixed_frames = {},
-                        .motion = refinement::BatchMotion{.T_world_cam = T_world_cam_,
-                                                          .timestamps_ns = timestamps_ns_,
-                                                          .at_rest = at_rest_,
-                                                          .acceleration = acceleration},
-                        .measured_poses = {},
-                        .measured_steps = {}};
+    BodyProblem problem{
+        .geometry = geometry_,
+        .T_body_cam = truth_,
+        .seen = seen_,
+        .fixed_frames = {},
+        .motion =
+            refinement::BatchMotion{.T_world_cam = T_world_cam_, .timestamps_ns = timestamps_ns_, .at_rest = at_rest_},
+        .measured_poses = {},
+        .measured_steps = {}};
     problem.fixed_frames = {0};
     EXPECT_TRUE(adjust_body(problem, {}));
     double squares = 0.0;

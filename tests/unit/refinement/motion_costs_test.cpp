@@ -60,7 +60,8 @@ const WorldPose kAt{{so3_exp({0.1, 0.7, -0.3}), {30.0, -2.0, 80.0}}};
 
 // Derivatives assume small turns within an interval: hence the tolerances.
 TEST(SteadyCost, HasTheDerivativesOfItsResiduals) {
-  const SteadyCost cost({kAt, kAt, kAt}, 0.1, 0.15, Vector6d::Constant(0.1));
+  const SteadyCost cost({kAt, kAt, kAt}, 0.1, 0.15,
+                        MotionPrior{90.0, 60.0, 100.0, 70.0}.root_information(Eigen::Vector3d(0.6, 0.8, 0.0), 0.12));
   EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0), pose(0.002, 1.2), pose(0.003, 1.5)})), 0.01);
 }
 
@@ -151,7 +152,7 @@ class BatchMotionTest : public ::testing::Test {
                          .motion = BatchMotion{.T_world_cam = T_world_cam_,
                                                .timestamps_ns = times_,
                                                .at_rest = at_rest_,
-                                               .acceleration = acceleration_,
+                                               .prior = prior_,
                                                .turn_rate_radps = turn_rate_radps},
                          .measured_poses = measured_};
     return CeresBundleAdjuster::create({})->refine_batch(problem);
@@ -162,7 +163,7 @@ class BatchMotionTest : public ::testing::Test {
   std::vector<std::int64_t> times_ = std::vector<std::int64_t>(kFrames);
   std::vector<std::uint8_t> at_rest_ = std::vector<std::uint8_t>(kFrames);
   std::vector<BatchPose> measured_;
-  Vector6d acceleration_ = Vector6d::Ones();
+  MotionPrior prior_{1.0, 1.0, 1.0, 1.0};
 };
 
 TEST_F(BatchMotionTest, FillsFramesInWhichNothingIsMeasured) {
@@ -187,7 +188,7 @@ TEST_F(BatchMotionTest, RestGivesWayToWhatMoves) {
 
 TEST_F(BatchMotionTest, TurnsFasterThanUsualOnlyAsFarAsThatIsMeasured) {
   const auto turned_rad = [&] { return so3_log(T_body_cam_[0].rotation * T_body_cam_[8].rotation.transpose()).norm(); };
-  acceleration_.setConstant(100.0);  // The path does not follow the turns.
+  prior_ = {100.0, 100.0, 100.0, 100.0};  // The path does not follow the turns.
   for (std::size_t k = 0; k < kFrames; ++k) {
     measure(k);
   }

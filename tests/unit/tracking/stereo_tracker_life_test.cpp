@@ -423,6 +423,24 @@ TEST(StereoTracker, ContinuesUnderTheEarlierIdAfterJoining) {
   EXPECT_TRUE(frame.ended.empty());
 }
 
+// The camera turns before the object is detected again.
+TEST(StereoTracker, PlacesTheMaskOfAJoinedObjectByItsPrediction) {
+  TrackerScene scene;
+  miss_in_view(scene, kMissedFrames + 5);
+  scene.detected = {true};
+  scene.object_predictions.assign(2, prediction_of(kCar));
+  scene.step(std::array{kCar});
+  ASSERT_EQ(scene.frame().tracks.size(), 2U);
+  scene.tracker().merge_tracks(scene.frame().tracks[0].slot, scene.frame().tracks[1].slot);
+  for (int i = 1; i <= 4; ++i) {
+    const Shape expected = shifted(kCar, 20.0 * i);
+    scene.object_predictions.assign(2, prediction_of(expected));
+    const TrackFrame& frame = scene.step({});
+    ASSERT_EQ(frame.tracks.size(), 1U);
+    EXPECT_NEAR(frame.tracks[0].box_px.center_x(), expected.x, 2.0) << i;
+  }
+}
+
 TEST(StereoTracker, ForgetsItsTracksButNotItsIdsOnReset) {
   TrackerScene scene;
   scene.step(std::array{kCar});

@@ -30,8 +30,10 @@ TEST(TrajectoryConfig, NamesTheKeyThatIsOutOfRange) {
               testing::HasSubstr("trajectory.min_moving_speed_mps"));
   EXPECT_THAT(message([](TrajectoryConfig& c) { c.moving_significance = std::nan(""); }),
               testing::HasSubstr("trajectory.moving_significance"));
-  EXPECT_THAT(message([](TrajectoryConfig& c) { c.max_acceleration_mps2 = 0.0; }),
-              testing::HasSubstr("trajectory.max_acceleration_mps2"));
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.motion.acceleration_mps2 = 0.0; }),
+              testing::HasSubstr("trajectory.acceleration_mps2"));
+  EXPECT_THAT(message([](TrajectoryConfig& c) { c.motion.tilt_radps2 = -1.0; }),
+              testing::HasSubstr("trajectory.tilt_radps2"));
   EXPECT_THAT(message([](TrajectoryConfig& c) { c.stereo_sigma_px = std::numeric_limits<double>::infinity(); }),
               testing::HasSubstr("trajectory.stereo_sigma_px"));
   EXPECT_THAT(message([](TrajectoryConfig& c) { c.surface_sigma_m = -1.0; }),

@@ -97,6 +97,29 @@ TEST_F(TrajectorySmootherTest, ReducesTheErrorOfNoisyMotionSeveralTimes) {
   EXPECT_LT(after.radians, before.radians / 2.0);
 }
 
+TEST_F(TrajectorySmootherTest, NeitherLeavesTheGroundNorTiltsByNoise) {
+  const Eigen::Vector3d vertical = Eigen::Vector3d::UnitY();
+  const auto squares = [&](const PathPrior& prior) {
+    double lift = 0.0;
+    double tilt = 0.0;
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      std::vector<PathNode> nodes = path(kMaxNodes);
+      disturb(nodes, seed);
+      smoother_.smooth(nodes, 0, prior);
+      for (std::size_t k = 1; k < nodes.size(); ++k) {
+        const Eigen::Vector3d way = nodes[k].smoothed.translation - nodes[k - 1].smoothed.translation;
+        lift += std::pow(vertical.dot(way), 2);
+        tilt += std::pow((nodes[k].smoothed.rotation * vertical - nodes[k - 1].smoothed.rotation * vertical).norm(), 2);
+      }
+    }
+    return std::array{lift, tilt};
+  };
+  const auto [lift, tilt] = squares({.vertical = vertical});
+  const auto [free_lift, free_tilt] = squares({});
+  EXPECT_LT(lift, 0.5 * free_lift);
+  EXPECT_LT(tilt, 0.5 * free_tilt);
+}
+
 TEST_F(TrajectorySmootherTest, AcceptsGoodMeasurementsOfABrakingVehicle) {
   std::vector<PathNode> nodes(kMaxNodes);
   const auto place = [](double time_s) { return 10.0 * time_s - 0.5 * 6.0 * time_s * time_s; };
@@ -184,7 +207,7 @@ TEST_F(TrajectorySmootherTest, HoldsWhatIsAtRest) {
     node.measured = {Eigen::Matrix3d::Identity(), kSigma_m * Eigen::Vector3d(unit(engine), unit(engine), unit(engine))};
   }
   const auto path_length_m = [&](bool at_rest) {
-    smoother_.smooth(nodes, 0, at_rest);
+    smoother_.smooth(nodes, 0, {.at_rest = at_rest});
     double length_m = 0.0;
     for (std::size_t k = 1; k < nodes.size(); ++k) {
       length_m += (nodes[k].smoothed.translation - nodes[k - 1].smoothed.translation).norm();

@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 constexpr StereoGeometry kRig{700.0, 700.0, 600.0, 180.0, 0.5, 1200, 360};
 constexpr PixelNoise kNoise{0.1, 0.2};
 // Practically no prior.
-constexpr MotionPrior kNoPrior{1e9, 1e9};
+constexpr MotionPrior kNoPrior{1e9, 1e9, 1e9, 1e9};
 constexpr double kDepth_m = 20.0;
 constexpr double kHalf_m = 0.5;
 
@@ -83,7 +83,7 @@ TEST(PoseBound, GrowsWithTheNoiseAndShrinksWithThePoints) {
 TEST(PoseBound, OfASteadyMotionIsThatOfALine) {
   constexpr std::size_t kViews = 10;
   const std::vector<PoseBound> free = pose_bounds(square(kViews), kRig, kNoise, kNoPrior);
-  const std::vector<PoseBound> steady = pose_bounds(square(kViews), kRig, kNoise, {1e-6, 1e-6});
+  const std::vector<PoseBound> steady = pose_bounds(square(kViews), kRig, kNoise, {1e-6, 1e-6, 1e-6, 1e-6});
   // Variance of a slope over n equal steps: 12 s^2 / (n (n^2 - 1)); of one difference: 2 s^2.
   const double expected = std::sqrt(12.0 / (kViews * (kViews * kViews - 1.0)) / 2.0);
   for (const std::size_t k : {1U, 5U, 9U}) {

@@ -1,24 +1,13 @@
 // Velocity of a body between two poses, in its own axes, and its derivatives by the poses.
 #pragma once
 
-#include <cmath>
-
 #include "kinetrace/core/se3.hpp"
 
 namespace kinetrace {
 
-/// Correlation time of an acceleration: as white noise, its spectral density is its variance times this.
-inline constexpr double kAccelerationTime_s = 0.1;
-
 /// Standard deviations of the apparent velocity and turn rate of an object at rest, in addition to its covariance.
 inline constexpr double kRestSpeedSigma_mps = 0.05;
 inline constexpr double kRestTurnSigma_radps = 0.01;
-
-/// Ratio of the standard deviation of the change of velocity over `span_s` to that of the acceleration. It grows with
-/// the square root of time, so that the frame rate does not matter.
-[[nodiscard]] inline double white_noise_span_s(double span_s) {
-  return std::sqrt(kAccelerationTime_s * span_s);
-}
 
 /// Velocity (rad/s, m/s) and its derivatives by perturbations (rotation about the world's axes, position) of both
 /// poses.

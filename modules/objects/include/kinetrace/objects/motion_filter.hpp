@@ -8,19 +8,16 @@
 
 #include <Eigen/Core>
 
+#include "kinetrace/core/motion_prior.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/objects/measurements.hpp"
 
 namespace kinetrace::objects {
 
-/// Standard deviation of an unknown velocity: town traffic.
-inline constexpr double kUnknownVelocitySigma_mps = 5.0;
-
 struct MotionNoise {
-  double acceleration_mps2 = 4.0;  ///< Standard deviation of the acceleration, redrawn every tenth of a second.
-  double turn_radps2 = 0.6;        ///< Of the angular acceleration.
-  double stereo_sigma_px = 0.5;    ///< Of the image coordinates of a stereo position.
+  MotionPrior prior = {};
+  double stereo_sigma_px = 0.5;  ///< Standard deviation of the image coordinates of a stereo position.
 };
 
 /// A pose with the covariance of its rotation (rad) and of its origin's position (m), world axes.
@@ -59,6 +56,10 @@ class MotionFilter {
   MotionFilter(const MotionNoise& noise, const StereoGeometry& geometry) : noise_(noise), geometry_(geometry) {}
 
   void reset() noexcept { initialised_ = false; }
+  /// Normal of the ground, world axes; nothing where the ground is not known.
+  void set_vertical(const std::optional<Eigen::Vector3d>& vertical) noexcept { vertical_ = vertical; }
+  /// Of the velocity of an object seen once: town traffic.
+  [[nodiscard]] Eigen::Matrix3d unknown_velocity_covariance() const noexcept;
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
   void start(const MotionStart& start) noexcept;
   /// Restarts at the stereo position with an unknown velocity; the rotation stays.
@@ -124,6 +125,7 @@ class MotionFilter {
 
   MotionNoise noise_;
   StereoGeometry geometry_;
+  std::optional<Eigen::Vector3d> vertical_;
   bool initialised_ = false;
   std::int64_t timestamp_ns_ = 0;
   double interval_s_ = 0.0;  ///< Of the last prediction.

@@ -222,14 +222,17 @@ void visit_trajectory(Config& config, Visitor& visit) {
   visit("trajectory.min_moving_speed_mps", j.min_moving_speed_mps, "minimum speed of a moving object, m/s");
   visit("trajectory.moving_significance", j.moving_significance,
         "minimum speed of an object that becomes moving, in standard deviations");
-  visit("trajectory.max_acceleration_mps2", j.max_acceleration_mps2, "process noise of stereo-only objects, m/s^2");
+  visit("trajectory.acceleration_mps2", j.motion.acceleration_mps2,
+        "standard deviation of an object's acceleration along the ground; in every direction where the ground is not "
+        "known, m/s^2");
+  visit("trajectory.vertical_acceleration_mps2", j.motion.vertical_acceleration_mps2,
+        "the same, along the ground's normal; for what flies as large as along the ground, m/s^2");
+  visit("trajectory.turn_radps2", j.motion.turn_radps2,
+        "standard deviation of an object's angular acceleration about the ground's normal, rad/s^2");
+  visit("trajectory.tilt_radps2", j.motion.tilt_radps2, "the same, about directions along the ground, rad/s^2");
   visit("trajectory.stereo_sigma_px", j.stereo_sigma_px, "standard deviation of a stereo position, px");
   visit("trajectory.surface_sigma_m", j.surface_sigma_m,
         "drift of the middle of what is seen over a stereo-only object, m");
-  visit("trajectory.smoothing_acceleration_mps2", j.smoothing_acceleration_mps2,
-        "standard deviation of an object's acceleration when its path is smoothed, m/s^2");
-  visit("trajectory.smoothing_turn_radps2", j.smoothing_turn_radps2,
-        "standard deviation of an object's angular acceleration when its path is smoothed, rad/s^2");
   visit("trajectory.sizes", j.sizes, "file of the usual sizes of objects; empty: those of config/sizes.yaml");
 }
 

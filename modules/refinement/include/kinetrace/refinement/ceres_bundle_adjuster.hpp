@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "kinetrace/core/bundle.hpp"
+#include "kinetrace/core/motion_prior.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::refinement {
@@ -39,7 +40,8 @@ struct BatchMotion {
   /// One per frame; 1: prior that the body has not moved since the frame before, unless its points contradict (Cauchy
   /// loss at one sigma).
   std::span<const std::uint8_t> at_rest;
-  Vector6d acceleration = Vector6d::Ones();   ///< Standard deviations in its own axes: rad/s^2, m/s^2.
+  MotionPrior prior = {};
+  std::optional<Eigen::Vector3d> vertical = std::nullopt;  ///< Normal of the ground, world axes, if known.
   Vector6d rest_velocity = Vector6d::Ones();  ///< Standard deviations of the apparent velocity at rest: rad/s, m/s.
   /// Usual turn rate while moving, rad/s; more as far as the points show it (Cauchy loss at one sigma).
   double turn_rate_radps = std::numeric_limits<double>::infinity();

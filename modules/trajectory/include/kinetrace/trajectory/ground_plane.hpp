@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include <Eigen/Core>
@@ -20,6 +21,7 @@ struct Ground {
   double slope_sigma_rad = 0.0;  ///< Of `down`, about each axis.
   bool known = false;
 
+  [[nodiscard]] std::optional<Eigen::Vector3d> vertical() const { return known ? std::optional(down) : std::nullopt; }
   /// The same in another frame, p_this = T_this_other p_other.
   [[nodiscard]] Ground in_frame(const Se3& T_this_other) const {
     const Eigen::Vector3d turned = T_this_other.rotation * down;

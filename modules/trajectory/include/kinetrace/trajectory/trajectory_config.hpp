@@ -4,23 +4,21 @@
 #include <string>
 
 #include "kinetrace/core/export.hpp"
+#include "kinetrace/core/motion_prior.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/trajectory/size_table.hpp"
 
 namespace kinetrace::trajectory {
 
 struct KINETRACE_API TrajectoryConfig {
-  double velocity_window_s = 0.5;      ///< Velocity is fitted over this time before and after.
-  double min_moving_speed_mps = 0.5;   ///< Slower objects are not called moving, whatever the significance.
-  double moving_significance = 4.0;    ///< Speed over its standard deviation to become moving; half of it to stop.
-  double max_acceleration_mps2 = 4.0;  ///< Process noise of the motion filter.
-  double stereo_sigma_px = 0.5;        ///< Standard deviation of a stereo position's image coordinates.
-  double surface_sigma_m = 0.25;       ///< Drift of the visible part's centre over a stereo-only object.
-  /// Standard deviation of an object's acceleration, in its own axes, redrawn every tenth of a second (white noise),
-  double smoothing_acceleration_mps2 = 3.0;
-  double smoothing_turn_radps2 = 0.6;  ///< ... and of its angular acceleration.
-  std::string sizes;                   ///< File of the size priors; empty: the table below.
-  SizeTable size_table;                ///< Content of that file.
+  double velocity_window_s = 0.5;     ///< Velocity is fitted over this time before and after.
+  double min_moving_speed_mps = 0.5;  ///< Slower objects are not called moving, whatever the significance.
+  double moving_significance = 4.0;   ///< Speed over its standard deviation to become moving; half of it to stop.
+  MotionPrior motion;                 ///< Of predictions and of smoothing.
+  double stereo_sigma_px = 0.5;       ///< Standard deviation of a stereo position's image coordinates.
+  double surface_sigma_m = 0.25;      ///< Drift of the visible part's centre over a stereo-only object.
+  std::string sizes;                  ///< File of the size priors; empty: the table below.
+  SizeTable size_table;               ///< Content of that file.
 
   [[nodiscard]] Status validate() const;
 };

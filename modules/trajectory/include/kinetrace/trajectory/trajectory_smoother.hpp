@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "kinetrace/core/arena.hpp"
@@ -19,12 +20,19 @@ struct PathNode {
   Se3 smoothed;                                ///< Output; input for fixed nodes.
 };
 
+/// What is known of a whole path.
+struct PathPrior {
+  /// Adds a prior of nearly zero velocity, so that the object does not drift with the errors of its reconstruction.
+  bool at_rest = false;
+  std::optional<Eigen::Vector3d> vertical = std::nullopt;  ///< Normal of the ground, world axes, if known.
+};
+
 /// Velocity of the body in its own axes on the way from one smoothed node to the next: (rad/s, m/s).
 [[nodiscard]] Vector6d body_velocity(const PathNode& from, const PathNode& to);
 
-/// Fixed-lag smoother of SE(3) poses under a white-noise-on-acceleration prior (Bar-Shalom, Li, Kirubarajan 2001; on
-/// SE(3) as Anderson and Barfoot, IROS 2015): between frames the velocity of the body in its own axes changes no more
-/// than a vehicle can brake or steer, independent of the camera's rate. Well measured poses hardly move; uncertain ones
+/// Fixed-lag smoother of SE(3) poses under a white-noise-on-acceleration prior (MotionPrior; on SE(3) as Anderson and
+/// Barfoot, IROS 2015): between frames the velocity of the body in its own axes changes no more than a vehicle can
+/// brake or steer, independent of the camera's rate. Well measured poses hardly move; uncertain ones
 /// (far away, truncated, predicted) follow their neighbours. A Huber loss keeps a single outlier from bending the path.
 ///
 /// Gauss-Newton on the pentadiagonal normal equations of 6 x 6 blocks: linear in the number of nodes.
@@ -35,9 +43,7 @@ class TrajectorySmoother {
 
   /// `path`: oldest first, times ascending, at most `max_nodes`. The first `fixed` nodes are final and only constrain
   /// the motion. With fewer than three nodes the acceleration is undetermined: measurements are returned unchanged.
-  /// `at_rest`: adds a prior of nearly zero velocity, so that the object does not drift with the errors of its
-  /// reconstruction.
-  void smooth(std::span<PathNode> path, std::size_t fixed, bool at_rest = false) noexcept;
+  void smooth(std::span<PathNode> path, std::size_t fixed, const PathPrior& prior = {}) noexcept;
 
  private:
   /// Row k of the upper triangle: blocks (k, k), (k, k + 1), (k, k + 2), and the gradient.
@@ -48,14 +54,15 @@ class TrajectorySmoother {
     Vector6d rhs;
   };
 
-  void assemble(std::span<const PathNode> path, std::size_t fixed, bool at_rest) noexcept;
+  void assemble(std::span<const PathNode> path, std::size_t fixed, const PathPrior& prior) noexcept;
   void add_measurement(const PathNode& node, BlockRow& row) const noexcept;
   void add_rest(std::span<const PathNode> path, std::size_t to, std::size_t fixed) noexcept;
-  void add_smoothness(std::span<const PathNode> path, std::size_t middle, std::size_t fixed) noexcept;
+  void add_smoothness(std::span<const PathNode> path, std::size_t middle, std::size_t fixed,
+                      const std::optional<Eigen::Vector3d>& vertical) noexcept;
   /// Solves in place; the perturbation of node k is in rows_[k].rhs.
   void solve(std::size_t count) noexcept;
 
-  TrajectoryConfig config_;
+  MotionPrior prior_;
   std::span<BlockRow> rows_;
 };
 

@@ -1,0 +1,42 @@
+#include "kinetrace/core/motion_prior.hpp"
+
+#include <optional>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+namespace kinetrace {
+namespace {
+
+constexpr MotionPrior kPrior{3.0, 1.0, 0.6, 0.2};
+const Eigen::Vector3d kVertical = Eigen::Vector3d(1.0, 2.0, 2.0) / 3.0;
+const Eigen::Vector3d kAlong = Eigen::Vector3d(2.0, 1.0, -2.0) / 3.0;
+
+TEST(MotionPrior, HoldsAlongTheGroundAndAlongItsNormal) {
+  const Eigen::Matrix3d acceleration = kPrior.acceleration_covariance(kVertical);
+  EXPECT_NEAR(kVertical.dot(acceleration * kVertical), 1.0, 1e-12);
+  EXPECT_NEAR(kAlong.dot(acceleration * kAlong), 9.0, 1e-12);
+  EXPECT_NEAR(kAlong.dot(acceleration * kVertical), 0.0, 1e-12);
+  const Eigen::Matrix3d turn = kPrior.turn_covariance(kVertical);
+  EXPECT_NEAR(kVertical.dot(turn * kVertical), 0.36, 1e-12);
+  EXPECT_NEAR(kAlong.dot(turn * kAlong), 0.04, 1e-12);
+}
+
+TEST(MotionPrior, IsTheSameInAllDirectionsWhereTheGroundIsNotKnown) {
+  EXPECT_EQ(kPrior.acceleration_covariance(std::nullopt), Eigen::Matrix3d(9.0 * Eigen::Matrix3d::Identity()));
+  EXPECT_EQ(kPrior.turn_covariance(std::nullopt), Eigen::Matrix3d(0.36 * Eigen::Matrix3d::Identity()));
+}
+
+TEST(MotionPrior, RootInformationIsThatOfTheCovarianceOverTheSpan) {
+  for (const std::optional<Eigen::Vector3d>& vertical : {std::optional(kVertical), std::optional<Eigen::Vector3d>()}) {
+    constexpr double kSpan_s = 0.4;
+    Matrix6d covariance = Matrix6d::Zero();
+    covariance.topLeftCorner<3, 3>() = kAccelerationTime_s * kSpan_s * kPrior.turn_covariance(vertical);
+    covariance.bottomRightCorner<3, 3>() = kAccelerationTime_s * kSpan_s * kPrior.acceleration_covariance(vertical);
+    const Matrix6d root = kPrior.root_information(vertical, kSpan_s);
+    EXPECT_LT((root.transpose() * root * covariance - Matrix6d::Identity()).norm(), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace kinetrace
