@@ -145,8 +145,8 @@ Innovation innovation_of(const Observation<N>& observation, const MotionFilter::
 }  // namespace
 
 Eigen::Matrix3d MotionFilter::unknown_velocity_covariance() const noexcept {
-  const double across_mps = vertical_ ? kUnknownVerticalSigma_mps : kUnknownVelocitySigma_mps;
-  return by_direction(vertical_.value_or(Eigen::Vector3d::UnitY()), across_mps * across_mps,
+  const double vertical_mps = vertical_ ? kUnknownVerticalSigma_mps : kUnknownVelocitySigma_mps;
+  return by_direction(vertical_.value_or(Eigen::Vector3d::UnitY()), vertical_mps * vertical_mps,
                       kUnknownVelocitySigma_mps * kUnknownVelocitySigma_mps);
 }
 
