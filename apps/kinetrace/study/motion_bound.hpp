@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "kinetrace/core/motion_prior.hpp"
+#include "kinetrace/core/body_velocity.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "study/pixel_noise.hpp"
 #include "study/visible_points.hpp"

@@ -22,9 +22,6 @@ constexpr double kRestDrift_m = 0.02;
 constexpr std::array kDwell_s{200.0, 20.0};
 /// A fitted velocity is that of the middle of its path, this long ago.
 constexpr double kVelocityLag_s = 0.3;
-/// Standard deviations of an unknown velocity: town traffic, and its slopes.
-constexpr double kUnknownVelocitySigma_mps = 5.0;
-constexpr double kUnknownVerticalSigma_mps = 1.0;
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
 constexpr int kIterations = 3;
 /// Errors of the points of one object are correlated: more features do not improve their median.
@@ -144,12 +141,6 @@ Innovation innovation_of(const Observation<N>& observation, const MotionFilter::
 
 }  // namespace
 
-Eigen::Matrix3d MotionFilter::unknown_velocity_covariance() const noexcept {
-  const double vertical_mps = vertical_ ? kUnknownVerticalSigma_mps : kUnknownVelocitySigma_mps;
-  return by_direction(vertical_.value_or(Eigen::Vector3d::UnitY()), vertical_mps * vertical_mps,
-                      kUnknownVelocitySigma_mps * kUnknownVelocitySigma_mps);
-}
-
 void MotionFilter::start(const MotionStart& start) noexcept {
   initialised_ = true;
   timestamp_ns_ = start.timestamp_ns;
@@ -185,7 +176,7 @@ void MotionFilter::restart_at(const StereoPosition& measured, const Se3& T_world
                    .part_covariance_m2 = measured.part.covariance_m2};
   from.pose.T_world_obj.translation = T_world_cam * p_cam + measured.part.to_origin_m;
   from.pose.covariance.bottomRightCorner<3, 3>() = of_median_px * of_median_px * per_pixel * per_pixel.transpose();
-  from.velocity_covariance = unknown_velocity_covariance();
+  from.velocity_covariance = kUnknownVelocitySigma_mps * kUnknownVelocitySigma_mps * Eigen::Matrix3d::Identity();
   start(from);
 }
 

@@ -47,8 +47,10 @@ void ObjectState::start_filter(const Se3& T_world_obj, const Vector6d& velocity,
   if (velocity.head<3>().norm() <= turn_rate_radps_) {
     start.velocity.head<3>().setZero();
   }
-  start.velocity_covariance =
-      has_velocity ? motion_.at(0).apparent_covariance : identity_.filter.unknown_velocity_covariance();
+  start.velocity_covariance = has_velocity
+                                  ? motion_.at(0).apparent_covariance
+                                  : Eigen::Matrix3d(objects::kUnknownVelocitySigma_mps *
+                                                    objects::kUnknownVelocitySigma_mps * Eigen::Matrix3d::Identity());
   identity_.filter.start(start);
 }
 

@@ -8,12 +8,15 @@
 
 #include <Eigen/Core>
 
-#include "kinetrace/core/motion_prior.hpp"
+#include "kinetrace/core/body_velocity.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/objects/measurements.hpp"
 
 namespace kinetrace::objects {
+
+/// Standard deviation of an unknown velocity: town traffic.
+inline constexpr double kUnknownVelocitySigma_mps = 5.0;
 
 struct MotionNoise {
   MotionPrior prior = {};
@@ -58,8 +61,6 @@ class MotionFilter {
   void reset() noexcept { initialised_ = false; }
   /// Normal of the ground, world axes; nothing where the ground is not known.
   void set_vertical(const std::optional<Eigen::Vector3d>& vertical) noexcept { vertical_ = vertical; }
-  /// Of the velocity of an object seen once: town traffic.
-  [[nodiscard]] Eigen::Matrix3d unknown_velocity_covariance() const noexcept;
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
   void start(const MotionStart& start) noexcept;
   /// Restarts at the stereo position with an unknown velocity; the rotation stays.

@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
+#include "kinetrace/core/body_velocity.hpp"
 #include "kinetrace/core/bundle.hpp"
-#include "kinetrace/core/motion_prior.hpp"
 #include "kinetrace/core/result.hpp"
 
 namespace kinetrace::refinement {

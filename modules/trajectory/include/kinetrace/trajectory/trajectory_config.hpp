@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "kinetrace/core/body_velocity.hpp"
 #include "kinetrace/core/export.hpp"
-#include "kinetrace/core/motion_prior.hpp"
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/trajectory/size_table.hpp"
 

@@ -1,4 +1,4 @@
-#include "kinetrace/core/motion_prior.hpp"
+#include "kinetrace/core/body_velocity.hpp"
 
 #include <optional>
 
