@@ -26,6 +26,24 @@ TEST_F(ObjectStateTest, APathThatIsGivenUpIsReplacedThoughAReconstructionBeginsA
   EXPECT_EQ(object_.frame_change(), FrameChange::kReplaced);
 }
 
+// Detected again at the edge of an occluder, with two of the occluder's features on its mask.
+TEST_F(ObjectStateTest, KeepsItsIdentityWhereTheFewFeaturesOnItMayBeAnOccluders) {
+  const std::vector<Feature> own = front({-1.5, 0.2, 12.0});
+  object_.begin(track(box_of(own)));
+  for (int frame = 0; frame < 9; ++frame) {
+    observe(object_, track(box_of(own)), own);
+  }
+  for (int missed = 1; missed <= 4; ++missed) {
+    observe(object_, track(box_of(own), missed));
+  }
+  std::vector<Feature> other = of_another(front({-1.5, 0.2, 5.0}));
+  other.resize(2);
+  observe(object_, track(box_of(own)), other);
+  EXPECT_FALSE(object_.identity_switched());
+  observe(object_, track(box_of(own)), of_another(front({-1.5, 0.2, 5.0})));
+  EXPECT_TRUE(object_.identity_switched()) << "it is still provisional";
+}
+
 TEST_F(ObjectStateTest, KeepsItsPosesApartInTimeWhenItsTrackPassesToSomethingElse) {
   constexpr double kAcross_mps = 6.0;
   const auto at = [&](int frame) { return front({-3.0 + 0.1 * kAcross_mps * frame, 0.2, 12.0}); };
