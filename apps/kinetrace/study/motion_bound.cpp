@@ -81,8 +81,6 @@ class Information {
     };
     std::vector<Velocity> velocities;
     const Matrix6d slow = weights(kMaxTurn_radps, kMaxSpeed_mps).asDiagonal();
-    // True poses are upright: y is down.
-    const Eigen::Vector3d vertical = Eigen::Vector3d::UnitY();
     for (std::size_t k = 0; k + 1 < body.views.size(); ++k) {
       const SeenBody::View& from = body.views[k];
       const SeenBody::View& to = body.views[k + 1];
@@ -94,7 +92,9 @@ class Information {
     for (std::size_t k = 0; k + 1 < velocities.size(); ++k) {
       const Velocity& before = velocities[k];
       const Velocity& after = velocities[k + 1];
-      add_factor(prior.root_information(vertical, 0.5 * (before.step_s + after.step_s)),
+      // True poses are upright: y is down.
+      const Eigen::Matrix3d& upright = body.views[k + 1].T_world_obj.rotation;
+      add_factor(prior.root_information(upright.col(1), upright, 0.5 * (before.step_s + after.step_s)),
                  {{k, -before.by_from}, {k + 1, after.by_from - before.by_to}, {k + 2, after.by_to}});
     }
   }

@@ -282,11 +282,8 @@ class Assembly {
                                 &velocity_loss_, block(k - 1), block(k));
     }
     if (k >= 2) {
-      std::optional<Eigen::Vector3d> in_body = motion.vertical;
-      if (in_body) {
-        *in_body = world_pose(k - 1).of(block(k - 1)).rotation.transpose() * *motion.vertical;
-      }
-      const Matrix6d weight = motion.prior.root_information(in_body, 0.5 * (seconds_to(k - 1) + seconds_to(k)));
+      const Matrix6d weight = motion.prior.root_information(
+          motion.vertical, world_pose(k - 1).of(block(k - 1)).rotation, 0.5 * (seconds_to(k - 1) + seconds_to(k)));
       problem_.AddResidualBlock(new SteadyCost({world_pose(k - 2), world_pose(k - 1), world_pose(k)}, seconds_to(k - 1),
                                                seconds_to(k), weight),
                                 nullptr, block(k - 2), block(k - 1), block(k));

@@ -173,7 +173,7 @@ void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) 
   to.age = from.age;
   to.matched_frames += from.matched_frames;
   to.votes = from.votes;
-  if (from.prediction.known) {
+  if (from.prediction.known) {  // of this frame, from which its mask is
     to.prediction = to.mask_prediction = from.prediction;
   }
   from.life = LifeState::kFree;

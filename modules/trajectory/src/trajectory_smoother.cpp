@@ -67,11 +67,7 @@ void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::siz
   const BodyVelocity before = differentiated_velocity(path[middle - 1], path[middle]);
   const BodyVelocity after = differentiated_velocity(path[middle], path[middle + 1]);
   const double span_s = 0.5 * (seconds(path[middle - 1], path[middle]) + seconds(path[middle], path[middle + 1]));
-  std::optional<Eigen::Vector3d> in_body = vertical;
-  if (in_body) {
-    *in_body = path[middle].smoothed.rotation.transpose() * *vertical;
-  }
-  const Matrix6d weight = prior_.root_information(in_body, span_s);
+  const Matrix6d weight = prior_.root_information(vertical, path[middle].smoothed.rotation, span_s);
 
   const Vector6d error = weight * (after.value - before.value);
   const std::array<Matrix6d, 3> jacobian = {weight * -before.by_from, weight * (after.by_from - before.by_to),

@@ -33,7 +33,10 @@ TEST(MotionPrior, RootInformationIsThatOfTheCovarianceOverTheSpan) {
     Matrix6d covariance = Matrix6d::Zero();
     covariance.topLeftCorner<3, 3>() = kAccelerationTime_s * kSpan_s * kPrior.turn_covariance(vertical);
     covariance.bottomRightCorner<3, 3>() = kAccelerationTime_s * kSpan_s * kPrior.acceleration_covariance(vertical);
-    const Matrix6d root = kPrior.root_information(vertical, kSpan_s);
+    const Eigen::Matrix3d R_world_body = so3_exp({0.2, -0.5, 0.1});
+    Matrix6d to_world = Matrix6d::Zero();
+    to_world.topLeftCorner<3, 3>() = to_world.bottomRightCorner<3, 3>() = R_world_body;
+    const Matrix6d root = kPrior.root_information(vertical, R_world_body, kSpan_s) * to_world.transpose();
     EXPECT_LT((root.transpose() * root * covariance - Matrix6d::Identity()).norm(), 1e-9);
   }
 }

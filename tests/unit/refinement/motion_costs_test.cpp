@@ -61,7 +61,8 @@ const WorldPose kAt{{so3_exp({0.1, 0.7, -0.3}), {30.0, -2.0, 80.0}}};
 // Derivatives assume small turns within an interval: hence the tolerances.
 TEST(SteadyCost, HasTheDerivativesOfItsResiduals) {
   const SteadyCost cost({kAt, kAt, kAt}, 0.1, 0.15,
-                        MotionPrior{90.0, 60.0, 100.0, 70.0}.root_information(Eigen::Vector3d(0.6, 0.8, 0.0), 0.12));
+                        MotionPrior{90.0, 60.0, 100.0, 70.0}.root_information(Eigen::Vector3d(0.6, 0.8, 0.0),
+                                                                              Eigen::Matrix3d::Identity(), 0.12));
   EXPECT_LT(derivative_error(cost, blocks_of({pose(0.0, 1.0), pose(0.002, 1.2), pose(0.003, 1.5)})), 0.01);
 }
 

@@ -53,8 +53,8 @@ inline constexpr double kAccelerationTime_s = 0.1;
 }
 
 /// White noise on acceleration (Bar-Shalom, Li, Kirubarajan 2001, sec. 6.2): standard deviations in one direction,
-/// redrawn every kAccelerationTime_s. What moves on the ground moves along it and turns about its normal. Where the
-/// ground is not known, `vertical` below is empty, and all directions are alike.
+/// redrawn every kAccelerationTime_s. What moves on the ground moves along it and turns about its normal, `vertical`
+/// (world axes). Where the ground is not known, `vertical` is empty, and all directions are alike.
 struct MotionPrior {
   double acceleration_mps2 = 3.0;           ///< Along the ground.
   double vertical_acceleration_mps2 = 1.0;  ///< Along its normal.
@@ -68,13 +68,18 @@ struct MotionPrior {
   [[nodiscard]] Eigen::Matrix3d turn_covariance(const std::optional<Eigen::Vector3d>& vertical) const {
     return matrix(vertical, turn_radps2 * turn_radps2, tilt_radps2 * tilt_radps2, turn_radps2 * turn_radps2);
   }
-  /// Square root of the information of a change of velocity (rad/s, m/s) over `span_s`.
-  [[nodiscard]] Matrix6d root_information(const std::optional<Eigen::Vector3d>& vertical, double span_s) const {
+  /// Square root of the information of a change of velocity (rad/s, m/s), in the body's own axes, over `span_s`.
+  [[nodiscard]] Matrix6d root_information(const std::optional<Eigen::Vector3d>& vertical,
+                                          const Eigen::Matrix3d& R_world_body, double span_s) const {
+    std::optional<Eigen::Vector3d> in_body;
+    if (vertical) {
+      in_body = R_world_body.transpose() * *vertical;
+    }
     const double ratio = 1.0 / white_noise_span_s(span_s);
     Matrix6d root = Matrix6d::Zero();
-    root.topLeftCorner<3, 3>() = ratio * matrix(vertical, 1.0 / turn_radps2, 1.0 / tilt_radps2, 1.0 / turn_radps2);
+    root.topLeftCorner<3, 3>() = ratio * matrix(in_body, 1.0 / turn_radps2, 1.0 / tilt_radps2, 1.0 / turn_radps2);
     root.bottomRightCorner<3, 3>() =
-        ratio * matrix(vertical, 1.0 / vertical_acceleration_mps2, 1.0 / acceleration_mps2, 1.0 / acceleration_mps2);
+        ratio * matrix(in_body, 1.0 / vertical_acceleration_mps2, 1.0 / acceleration_mps2, 1.0 / acceleration_mps2);
     return root;
   }
 

@@ -228,7 +228,8 @@ void visit_trajectory(Config& config, Visitor& visit) {
   visit("trajectory.vertical_acceleration_mps2", j.motion.vertical_acceleration_mps2,
         "the same, along the ground's normal; for what flies as large as along the ground, m/s^2");
   visit("trajectory.turn_radps2", j.motion.turn_radps2,
-        "standard deviation of an object's angular acceleration about the ground's normal, rad/s^2");
+        "standard deviation of an object's angular acceleration about the ground's normal; about every axis where the "
+        "ground is not known, rad/s^2");
   visit("trajectory.tilt_radps2", j.motion.tilt_radps2, "the same, about directions along the ground, rad/s^2");
   visit("trajectory.stereo_sigma_px", j.stereo_sigma_px, "standard deviation of a stereo position, px");
   visit("trajectory.surface_sigma_m", j.surface_sigma_m,
