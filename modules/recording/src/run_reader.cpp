@@ -13,6 +13,7 @@
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/core/quantiles.hpp"
 #include "kinetrace/core/text_rows.hpp"
+#include "mots_rows.hpp"
 #include "run_about.hpp"
 #include "run_folder.hpp"
 #include "trajectory_rows.hpp"

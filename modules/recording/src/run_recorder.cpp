@@ -13,6 +13,7 @@
 #include "kinetrace/core/config_check.hpp"
 #include "kinetrace/core/files.hpp"
 #include "kinetrace/imaging/png_writer.hpp"
+#include "mots_rows.hpp"
 #include "observation_file.hpp"
 #include "point_cloud_writer.hpp"
 #include "run_folder.hpp"
@@ -64,6 +65,7 @@ struct RunRecorder::Impl {
   std::span<std::byte> memory;  ///< Write buffers during the run, working memory of the conversion afterwards.
   BufferedWriter camera_tum, camera_kitti, camera_frames, objects, labels, mots, kept_observations;
   BufferedWriter poses, observations, points, names;
+  MotsRows mots_rows;
   std::int64_t newest_frame = -1;
   std::int64_t finalised_frame = -1;
   int frames_since_flush = 0;
@@ -111,7 +113,8 @@ Status RunRecorder::Impl::open_files() {
                                     {&observations, ".spool/observations.bin", config.colmap},
                                     {&points, ".spool/points.bin", config.points || config.colmap},
                                     {&names, ".spool/names.bin", config.colmap}}};
-  const std::size_t buffer_bytes = memory.size() / files.size();
+  const std::size_t buffer_bytes = memory.size() / (files.size() + 1);
+  mots_rows = MotsRows(memory.subspan(files.size() * buffer_bytes, buffer_bytes));
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!files[i].wanted) {
       continue;
@@ -191,7 +194,7 @@ Status RunRecorder::Impl::append(const FrameResult& result) {
 
 void RunRecorder::Impl::append_newest(const FrameResult& result) noexcept {
   if (config.mots) {
-    counts.mask_rows += static_cast<std::uint64_t>(write_mots_rows(result, mots));
+    counts.mask_rows += static_cast<std::uint64_t>(mots_rows.append(result, mots));
   }
   names.record(image_name(result.pair));
   for (const BodyGeometry& body : result.bodies) {
@@ -325,6 +328,7 @@ Status RunRecorder::Impl::flush_when_due() {
 }
 
 Status RunRecorder::Impl::close_files() {
+  counts.mask_rows += static_cast<std::uint64_t>(mots_rows.finish(mots));
   Status first;
   for (BufferedWriter* writer : writers()) {
     Status closed = writer->close();

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "kinetrace/core/class_name.hpp"
-#include "kinetrace/imaging/mask_rle.hpp"
 
 namespace kinetrace::recording {
 namespace {
@@ -124,33 +123,6 @@ bool write_label_row(const FrameEstimate& frame, const ObjectResult& object, Buf
   out.text(" ").fixed(placement.rotation_y_rad, kMetreDecimals);
   out.text(" ").general(kitti_score(object.status), kSignificantDigits).text("\n");
   return true;
-}
-
-std::int64_t mots_object_id(std::uint16_t class_id, std::uint32_t track_id) noexcept {
-  return track_id < kMotsIdsPerClass ? class_id * kMotsIdsPerClass + track_id : kMotsLargeIds + track_id;
-}
-
-std::int64_t mots_track_id(std::int64_t class_id, std::int64_t object_id) noexcept {
-  return object_id >= kMotsLargeIds ? object_id - kMotsLargeIds : object_id - class_id * kMotsIdsPerClass;
-}
-
-int write_mots_rows(const FrameResult& result, BufferedWriter& out) noexcept {
-  int rows = 0;
-  const LabelView labels = result.left_labels;
-  if (labels.empty()) {
-    return rows;
-  }
-  for (const Track& track : result.tracks) {
-    if (track.state == TrackState::kTentative || !imaging::has_label(labels, track.box_px, track.label())) {
-      continue;
-    }
-    out.integer(result.newest.frame_index).text(" ").integer(mots_object_id(track.class_id, track.id)).text(" ");
-    out.integer(track.class_id).text(" ").integer(labels.height).text(" ").integer(labels.width).text(" ");
-    imaging::encode_mask_rle(labels, track.box_px, track.label(), [&out](std::string_view text) { out.text(text); });
-    out.text("\n");
-    ++rows;
-  }
-  return rows;
 }
 
 }  // namespace kinetrace::recording

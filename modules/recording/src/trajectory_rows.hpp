@@ -38,13 +38,5 @@ void write_kitti_row(const Se3& T_world_cam, BufferedWriter& out) noexcept;
 void write_object_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
 /// Writes nothing for an object that is lost or has no pixel in the image: KITTI labels list visible objects.
 bool write_label_row(const FrameEstimate& frame, const ObjectResult& object, BufferedWriter& out) noexcept;
-/// One line per confirmed or propagated track that has a pixel; returns their number.
-int write_mots_rows(const FrameResult& result, BufferedWriter& out) noexcept;
-inline constexpr std::int64_t kMotsIdsPerClass = 1000;
-inline constexpr std::int64_t kMotsLargeIds = 100'000'000;  ///< Above every class_id * 1000 + 999.
-/// class_id * 1000 + track_id as KITTI MOTS has it; ids from 1000 on do not fit and become 100 000 000 + track_id.
-[[nodiscard]] std::int64_t mots_object_id(std::uint16_t class_id, std::uint32_t track_id) noexcept;
-/// The inverse; outside the range of track ids if the two are inconsistent.
-[[nodiscard]] std::int64_t mots_track_id(std::int64_t class_id, std::int64_t object_id) noexcept;
 
 }  // namespace kinetrace::recording

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 #include <gtest/gtest.h>
 
 #include "kinetrace/imaging/mask_rle.hpp"
+#include "mots_rows.hpp"
 #include "run_readers.hpp"
 #include "spool.hpp"
 #include "synthetic_run.hpp"
@@ -263,20 +265,73 @@ TEST_F(SingleRow, LostAndInvisibleObjectsHaveNoLabel) {
   EXPECT_EQ(written(), "");
 }
 
-TEST_F(SingleRow, MotsSkipsTentativeAndInvisibleTracks) {
-  std::vector<std::uint8_t> labels(20, 0);
-  labels[7] = 1;
-  labels[8] = 2;
-  std::array<Track, 4> tracks{{{.id = 1, .slot = 0, .state = TrackState::kTentative, .box_px = {0, 0, 5, 4}},
-                               {.id = 2, .slot = 1, .state = TrackState::kPropagated, .box_px = {0, 0, 5, 4}},
-                               {.id = 3, .slot = 2, .state = TrackState::kConfirmed, .box_px = {0, 0, 5, 4}},
-                               {.id = 4, .slot = 1, .state = TrackState::kConfirmed, .box_px = {}}}};
+/// Tracks in an image of 5 x 4 pixels, in which each slot has one pixel.
+class MotsRowsTest : public SingleRow {
+ protected:
+  MotsRowsTest() : rows_(held_) { std::iota(labels_.begin(), labels_.end(), std::uint8_t{1}); }
+  int append(std::span<const Track> tracks) {
+    FrameResult result;
+    result.newest.frame_index = frame_++;
+    result.tracks = tracks;
+    result.left_labels = {labels_.data(), 5, 4, 5};
+    return rows_.append(result, out_);
+  }
+  static Track track(std::uint32_t id, TrackState state) {
+    return {.id = id, .slot = static_cast<std::uint8_t>(id), .state = state, .box_px = {0, 0, 5, 4}};
+  }
+  std::string heads() {
+    std::string heads;
+    for (const std::string& line : split(written(), '\n')) {
+      heads += line.substr(0, line.find(" 0 4 5 ")) + ";";
+    }
+    return heads;
+  }
+  std::array<std::uint8_t, 20> labels_{};
+  std::array<std::byte, 64> held_{};
+  MotsRows rows_;
+  std::int64_t frame_ = 0;
+};
+
+TEST_F(MotsRowsTest, TracksWithoutAPixelHaveNone) {
   FrameResult result;
-  result.tracks = tracks;
-  EXPECT_EQ(write_mots_rows(result, out_), 0) << "no label image";
-  result.left_labels = {labels.data(), 5, 4, 5};
-  EXPECT_EQ(write_mots_rows(result, out_), 1);
-  EXPECT_TRUE(written().starts_with("0 2 0 4 5 "));
+  Track unseen = track(2, TrackState::kConfirmed);
+  result.tracks = {&unseen, 1};
+  EXPECT_EQ(rows_.append(result, out_), 0) << "no label image";
+  unseen.box_px = {};
+  EXPECT_EQ(append({&unseen, 1}), 0);
+  EXPECT_EQ(written(), "");
+}
+
+TEST_F(MotsRowsTest, ConfirmedTracksHaveThoseOfTheirTentativeFramesInTheOrderOfFrames) {
+  const std::array first{track(1, TrackState::kConfirmed), track(2, TrackState::kTentative),
+                         track(3, TrackState::kPropagated)};
+  EXPECT_EQ(append(first), 1) << "what follows a tentative row waits with it";
+  EXPECT_EQ(append(std::span(first).subspan(1)), 0);
+  const std::array second{track(2, TrackState::kConfirmed)};
+  EXPECT_EQ(append(second), 5);
+  EXPECT_EQ(rows_.finish(out_), 0);
+  EXPECT_EQ(heads(), "0 1;0 2;0 3;1 2;1 3;2 2;");
+}
+
+TEST_F(MotsRowsTest, TracksThatAreNeverConfirmedHaveNone) {
+  const std::array first{track(1, TrackState::kTentative), track(2, TrackState::kTentative),
+                         track(3, TrackState::kConfirmed)};
+  EXPECT_EQ(append(first), 0);
+  EXPECT_EQ(append(std::span(first).first(1)), 0) << "2 has ended, 1 waits";
+  EXPECT_EQ(rows_.finish(out_), 1);
+  EXPECT_EQ(heads(), "0 3;");
+}
+
+TEST_F(MotsRowsTest, AFullBufferDropsTentativeOnesAlone) {
+  const std::array tracks{track(1, TrackState::kTentative), track(2, TrackState::kConfirmed)};
+  int written = 0;
+  for (int frame = 0; frame < 40; ++frame) {
+    written += append(tracks);
+  }
+  EXPECT_EQ(written + rows_.finish(out_), 40);
+  rows_ = MotsRows(std::span(held_).first(3));
+  EXPECT_EQ(append(tracks), 1) << "a row larger than the buffer";
+  EXPECT_EQ(rows_.finish(out_), 0);
 }
 
 }  // namespace
