@@ -180,16 +180,28 @@ void MotionFilter::restart_at(const StereoPosition& measured, const Se3& T_world
   start(from);
 }
 
-// IMM mixing: each model continues from both posteriors, weighted by the transition probabilities.
+double MotionFilter::rest_likelihood(double interval_s) const noexcept {
+  const Model& moving = model_[kMoving];
+  const Eigen::Vector3d velocity_mps = moving.state.segment<3>(3);
+  const Eigen::Matrix3d covariance =
+      moving.covariance.block<3, 3>(3, 3) +
+      kAccelerationTime_s * interval_s * noise_.prior.acceleration_covariance(vertical_) +
+      kRestSpeedSigma_mps * kRestSpeedSigma_mps * Eigen::Matrix3d::Identity();
+  return std::exp(-0.5 * velocity_mps.dot(covariance.ldlt().solve(velocity_mps)));
+}
+
+// IMM mixing: each model continues from both posteriors, weighted by the transition probabilities. An object comes to
+// rest only from a low speed; what is at rest all at once is another one.
 MotionFilter::Models MotionFilter::mix(double interval_s) const noexcept {
-  const auto stay_probability = [&](std::size_t model) { return std::exp(-interval_s / kDwell_s[model]); };
+  const auto leave_probability = [&](std::size_t model) { return 1.0 - std::exp(-interval_s / kDwell_s[model]); };
+  const std::array leaves{leave_probability(kStationary), leave_probability(kMoving) * rest_likelihood(interval_s)};
   Models out;
   for (std::size_t to = 0; to < model_.size(); ++to) {
     const std::size_t from = 1 - to;
     const Model& same = model_[to];
     const Model& other = model_[from];
-    const double of_same = stay_probability(to) * same.probability;
-    const double of_other = (1.0 - stay_probability(from)) * other.probability;
+    const double of_same = (1.0 - leaves[to]) * same.probability;
+    const double of_other = leaves[from] * other.probability;
     Model& result = out[to];
     result.probability = of_same + of_other;
     const double weight = of_other / result.probability;

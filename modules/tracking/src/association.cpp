@@ -108,7 +108,7 @@ void StereoTracker::count_votes(LabelView detections, std::span<const Feature> f
     const auto x = static_cast<int>(std::lround(feature.left_px.x()));
     const auto y = static_cast<int>(std::lround(feature.left_px.y()));
     const bool is_tracked = feature.age_frames > 0 && feature.body != kBackgroundLabel && feature.body <= slots_.size();
-    if (is_tracked && detections.contains(x, y)) {
+    if (is_tracked && detections.contains(x, y) && !lies_in_front(feature, slots_[feature.body - 1U].prediction)) {
       FeatureVotes& votes = slots_[feature.body - 1U].feature_votes;
       ++votes.total;
       ++votes.on_label[detections.at(x, y)];

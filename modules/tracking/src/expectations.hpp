@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "kinetrace/core/feature_frame.hpp"
 #include "kinetrace/tracking/track_instance.hpp"
 
 namespace kinetrace::tracking {
@@ -30,6 +31,13 @@ inline constexpr double kMaxGrowth = 1.25;
 /// A disparity greater by this margin is that of another object in front.
 inline bool is_significantly_nearer(float disparity_px, float than_px) noexcept {
   return disparity_px > than_px + std::max(2.F, 0.15F * than_px);
+}
+
+/// A feature on the object's mask that lies nearer than the object: on an occluder.
+inline bool lies_in_front(const Feature& feature, const ObjectPrediction& object) noexcept {
+  return feature.has_right() && object.disparity_px > 0.0 &&
+         is_significantly_nearer(feature.disparity_px(),
+                                 static_cast<float>(object.disparity_px + 3.0 * object.disparity_sigma_px));
 }
 
 }  // namespace kinetrace::tracking

@@ -114,7 +114,7 @@ Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<cons
   std::size_t pairs = 0;
   std::size_t disparities = 0;
   for (const Feature& f : features) {
-    if (f.body != instance.track.label()) {
+    if (f.body != instance.track.label() || lies_in_front(f, instance.prediction)) {
       continue;
     }
     if (f.age_frames > 0 && pairs < pairs_.size()) {

@@ -285,6 +285,26 @@ TEST(MotionFilter, WhatIsSeenDecidesBetweenGoneOnAndStopped) {
   EXPECT_LT(moving_after(Eigen::Vector3d::Zero()), 0.2);
 }
 
+TEST(MotionFilter, ComesToRestOnlyFromALowSpeed) {
+  const Eigen::Vector3d start(-6.0, 0.0, 15.0);
+  constexpr double kSpeed_mps = 8.0;
+  const auto moving_after = [&](int frames, double brake_mps2, double extent_sigma_m) {
+    MotionFilter filter = started(moving_at(start, {kSpeed_mps, 0.0, 0.0}));
+    Eigen::Vector3d position_m = start;
+    double speed_mps = kSpeed_mps;
+    for (int i = 1; i <= frames; ++i) {
+      speed_mps = std::max(speed_mps - brake_mps2 * kFrame_s, 0.0);
+      position_m.x() += speed_mps * kFrame_s;
+      filter.predict(i * kFrame_ns);
+      filter.update(stereo(see({}, position_m), 4, extent_sigma_m), {});
+    }
+    return filter.moving_probability();
+  };
+  EXPECT_GT(moving_after(18, 4.0, 0.3), 0.98) << "braking, at 0.8 m/s";
+  EXPECT_LT(moving_after(70, 4.0, 0.3), 0.5) << "at rest for five seconds";
+  EXPECT_GT(moving_after(15, 1000.0, 1.5), 0.7) << "another part of it, or another object";
+}
+
 TEST(MotionFilter, RefusesAnImplausiblePositionAndRestartsThereWhenAsked) {
   const Eigen::Vector3d here(0.0, 0.0, 20.0);
   const StereoPosition elsewhere = stereo(see({}, {8.0, 0.0, 20.0}));

@@ -114,6 +114,37 @@ TEST(StereoTracker, FollowsItsFeaturesDespiteForeignOnesOnItsMask) {
   EXPECT_GE(mask_iou(frame.left_labels, 1, std::as_const(truth).view(), 1), 0.97);
 }
 
+TEST(StereoTracker, FeaturesNearerThanAnObjectDoNotMoveItsMask) {
+  TrackerScene scene;
+  Shape car{.x = 150.0, .y = 110.0, .half_width = 40.0, .half_height = 30.0};
+  scene.step(std::array{car});
+  scene.step(std::array{car});
+  car.x += 12.0;
+  // Two thirds of the features on the mask belong to a standing object in front of it.
+  std::vector<Feature> features;
+  for (int i = 0; i < 30; ++i) {
+    const bool is_own = i % 3 == 0;
+    Feature f;
+    f.id = static_cast<std::uint32_t>(i + 1);
+    f.age_frames = 3;
+    f.body = 1;
+    const int row = i / 8;
+    f.previous_left_px = {120.F + 8.F * static_cast<float>(i % 8), 90.F + 9.F * static_cast<float>(row)};
+    f.left_px = f.previous_left_px + Eigen::Vector2f(is_own ? 12.F : 0.F, 0.F);
+    f.u_right_px = f.left_px.x() - static_cast<float>(is_own ? car.disparity_px : 2.0 * car.disparity_px);
+    features.push_back(f);
+  }
+  const std::array predictions{ObjectPrediction{.known = true,
+                                                .point_px = {car.x, car.y},
+                                                .depth_m = 20.0,
+                                                .disparity_px = car.disparity_px,
+                                                .disparity_sigma_px = 0.5}};
+  const TrackFrame frame = scene.tracker().process(scene.next_timestamp_ns(), {}, features, predictions).value();
+  Labels truth;
+  truth.draw(car, 1);
+  EXPECT_GE(mask_iou(frame.left_labels, 1, std::as_const(truth).view(), 1), 0.97);
+}
+
 TEST(StereoTracker, KeepsIdsWhenDetectionLabelsAreShuffled) {
   TrackerScene scene;
   std::vector<Shape> shapes;

@@ -114,6 +114,8 @@ class MotionFilter {
   [[nodiscard]] Models predicted_models(std::int64_t timestamp_ns) const noexcept;
   /// `models`, where the visible part's centre may be as far from its place as `part` says.
   [[nodiscard]] Models with_part(Models models, const VisiblePart& part) const noexcept;
+  /// Density of no velocity after `interval_s`, relative to the most likely velocity's: 0 to 1.
+  [[nodiscard]] double rest_likelihood(double interval_s) const noexcept;
   [[nodiscard]] Models mix(double interval_s) const noexcept;
   void propagate(Models& models, double interval_s) const noexcept;
   /// Updates each model, linearised about its own state.
