@@ -79,7 +79,7 @@ int MotsRows::add(Row row, LabelView labels, const Track& track, BufferedWriter&
   if (try_add(row, labels, track)) {
     return 0;
   }
-  const int written = finish(out);
+  const int written = finish(out);  // full: those that still wait are dropped
   if (try_add(row, labels, track) || row.state == State::kTentative) {
     return written;
   }

@@ -33,7 +33,8 @@ inline bool is_significantly_nearer(float disparity_px, float than_px) noexcept 
   return disparity_px > than_px + std::max(2.F, 0.15F * than_px);
 }
 
-/// A feature on the object's mask that lies nearer than the object: on an occluder.
+/// A feature on the object's mask that lies nearer than the object, whose disparity is known to three standard
+/// deviations: it is an occluder's.
 inline bool lies_in_front(const Feature& feature, const ObjectPrediction& object) noexcept {
   return feature.has_right() && object.disparity_px > 0.0 &&
          is_significantly_nearer(feature.disparity_px(),

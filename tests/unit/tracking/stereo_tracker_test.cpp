@@ -90,6 +90,21 @@ TEST(StereoTracker, BridgesThemAsItsPredictionsWentOnceThereIsNone) {
   EXPECT_GT(scene.left_iou(scene.frame().tracks[0], 0), 0.95);
 }
 
+/// Thirty features on the mask of track 1, each moved by `motion_px` of its index.
+template <typename Motion>
+std::vector<Feature> features_on_mask(const Motion& motion_px) {
+  std::vector<Feature> features(30);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    Feature& f = features[i];
+    f.id = static_cast<std::uint32_t>(i + 1);
+    f.age_frames = 3;
+    f.body = 1;
+    f.previous_left_px = {120.F + 8.F * static_cast<float>(i % 8), 90.F + 9.F * static_cast<float>(i / 8)};
+    f.left_px = f.previous_left_px + motion_px(i);
+  }
+  return features;
+}
+
 TEST(StereoTracker, FollowsItsFeaturesDespiteForeignOnesOnItsMask) {
   TrackerScene scene;
   Shape car{.x = 150.0, .y = 110.0, .half_width = 40.0, .half_height = 30.0};
@@ -97,17 +112,8 @@ TEST(StereoTracker, FollowsItsFeaturesDespiteForeignOnesOnItsMask) {
   scene.step(std::array{car});
   car.x += 12.0;
   // A third of the features on the mask belong to the static background behind it.
-  std::vector<Feature> features;
-  for (int i = 0; i < 30; ++i) {
-    Feature f;
-    f.id = static_cast<std::uint32_t>(i + 1);
-    f.age_frames = 3;
-    f.body = 1;
-    const int row = i / 8;
-    f.previous_left_px = {120.F + 8.F * static_cast<float>(i % 8), 90.F + 9.F * static_cast<float>(row)};
-    f.left_px = f.previous_left_px + Eigen::Vector2f(i % 3 == 0 ? 0.F : 12.F, 0.F);
-    features.push_back(f);
-  }
+  const std::vector<Feature> features =
+      features_on_mask([](std::size_t i) { return Eigen::Vector2f(i % 3 == 0 ? 0.F : 12.F, 0.F); });
   const TrackFrame frame = scene.tracker().process(scene.next_timestamp_ns(), {}, features).value();
   Labels truth;
   truth.draw(car, 1);
@@ -121,18 +127,12 @@ TEST(StereoTracker, FeaturesNearerThanAnObjectDoNotMoveItsMask) {
   scene.step(std::array{car});
   car.x += 12.0;
   // Two thirds of the features on the mask belong to a standing object in front of it.
-  std::vector<Feature> features;
-  for (int i = 0; i < 30; ++i) {
-    const bool is_own = i % 3 == 0;
-    Feature f;
-    f.id = static_cast<std::uint32_t>(i + 1);
-    f.age_frames = 3;
-    f.body = 1;
-    const int row = i / 8;
-    f.previous_left_px = {120.F + 8.F * static_cast<float>(i % 8), 90.F + 9.F * static_cast<float>(row)};
-    f.left_px = f.previous_left_px + Eigen::Vector2f(is_own ? 12.F : 0.F, 0.F);
-    f.u_right_px = f.left_px.x() - static_cast<float>(is_own ? car.disparity_px : 2.0 * car.disparity_px);
-    features.push_back(f);
+  const auto is_own = [](std::size_t i) { return i % 3 == 0; };
+  std::vector<Feature> features =
+      features_on_mask([&](std::size_t i) { return Eigen::Vector2f(is_own(i) ? 12.F : 0.F, 0.F); });
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const double disparity_px = is_own(i) ? car.disparity_px : 2.0 * car.disparity_px;
+    features[i].u_right_px = features[i].left_px.x() - static_cast<float>(disparity_px);
   }
   const std::array predictions{ObjectPrediction{.known = true,
                                                 .point_px = {car.x, car.y},
