@@ -69,7 +69,7 @@ int MotsRows::write_decided(BufferedWriter& out) noexcept {
     begin += rows_[row].size;
   }
   std::move(rows_.begin() + row, rows_.begin() + count_, rows_.begin());
-  std::move(run_lengths_.begin() + begin, run_lengths_.begin() + used_, run_lengths_.begin());
+  std::ranges::move(run_lengths_.subspan(begin, used_ - begin), run_lengths_.begin());
   count_ -= row;
   used_ -= begin;
   return written;

@@ -166,13 +166,12 @@ float patch_difference(GrayView image, int x, int y, GrayView other, float shift
   const std::int32_t fy = (static_cast<int>(64.F * (oy - static_cast<float>(y0))) + 1) / 2;
   const auto across = [&](int j) {
     const std::uint8_t* const b = other.row(y0 + j) + x0;
-    return __builtin_convertvector(patch_row(b) * static_cast<std::int16_t>(32 - fx) + patch_row(b + 1) * fx,
-                                   PatchInts);
+    return patch_row(b) * static_cast<std::int16_t>(32 - fx) + patch_row(b + 1) * fx;
   };
   PatchInts total{};
-  PatchInts above = across(0);
+  PatchInts above = __builtin_convertvector(across(0), PatchInts);
   for (int j = 0; j < kPatchPx; ++j) {
-    const PatchInts below = across(j + 1);
+    const PatchInts below = __builtin_convertvector(across(j + 1), PatchInts);
     const PatchInts now = __builtin_convertvector(patch_row(image.row(y + j) + x), PatchInts) << 10;
     const PatchInts apart = now - above * (32 - fy) - below * fy;
     total += apart < 0 ? -apart : apart;
