@@ -33,6 +33,10 @@ constexpr float kGapDepthM = 1.F;
 /// Or by a step in depth.
 constexpr float kStepDepthM = 1.5F;
 constexpr int kGapCells = 2;
+/// Vehicles are at most this wide (Council Directive 96/53/EC).
+constexpr float kMaxWidthM = 2.6F;
+/// Of the direction of a vehicle's motion from its axis, in a bend.
+constexpr float kSlipSigmaRad = 0.1F;
 
 }  // namespace
 
@@ -72,6 +76,8 @@ std::span<const MotionCluster> MotionClusters::find(std::span<const Feature> fea
       grow_from(seed);
     }
   }
+  summarise();
+  split_wide();
   summarise();
   join_parts();
   summarise();
@@ -172,19 +178,105 @@ bool MotionClusters::separated(std::size_t i, std::size_t j) const noexcept {
   return false;
 }
 
+MotionClusters::MotionAxes MotionClusters::axes_of(const Eigen::Vector3f& velocity_mps,
+                                                   const Eigen::Matrix3f& covariance) const {
+  constexpr float kMinSpeedMps = 1e-3F;
+  MotionAxes axes;
+  if (!dense_->ground.known() || dense_->history.size() == 0) {
+    return axes;
+  }
+  const Eigen::Matrix3f R_cam_world = dense_->history.at(0).T_world_cam.rotation.transpose().cast<float>();
+  const Eigen::Vector3f down = dense_->ground.normal();
+  const Eigen::Vector3f velocity = R_cam_world * velocity_mps;
+  const Eigen::Vector3f across = down.cross(velocity);
+  const float speed = across.norm();
+  if (speed > kMinSpeedMps) {
+    axes.across = across / speed;
+    axes.along = axes.across.cross(down);
+    const Eigen::Vector3f in_world = R_cam_world.transpose() * axes.across;
+    axes.angle_variance = in_world.dot(covariance * in_world) / (speed * speed) + kSlipSigmaRad * kSlipSigmaRad;
+  }
+  return axes;
+}
+
+Eigen::Vector3f MotionClusters::position_m(std::size_t i) const noexcept {
+  return geometry_.triangulate(features_[i].left_px.x(), features_[i].v_px, features_[i].disparity_px()).cast<float>();
+}
+
+// Two vehicles beside each other may drive alike: the widest gap across their motion divides them.
+void MotionClusters::split_wide() {
+  for (std::size_t c = 0; c < clusters_.size(); ++c) {
+    const MotionAxes axes = axes_of(clusters_[c].velocity_mps, clusters_[c].covariance);
+    const auto across_m = [&](std::size_t i) { return axes.across.dot(position_m(i)); };
+    support_.clear();
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      if (cluster_of_[i] == static_cast<std::int16_t>(c)) {
+        (void)support_.push_back(static_cast<std::uint16_t>(i));  // as many places as features
+      }
+    }
+    std::sort(support_.begin(), support_.end(), [&](std::uint16_t a, std::uint16_t b) {
+      const float of_a = across_m(a);
+      const float of_b = across_m(b);
+      return of_a != of_b ? of_a < of_b : a < b;
+    });
+    if (support_.size() < 2 || !side_by_side(axes, support_[0], support_[support_.size() - 1])) {
+      continue;
+    }
+    std::size_t second = 1;
+    const auto gap_before = [&](std::size_t k) { return across_m(support_[k]) - across_m(support_[k - 1]); };
+    for (std::size_t k = 2; k < support_.size(); ++k) {
+      second = gap_before(k) > gap_before(second) ? k : second;
+    }
+    const auto few = static_cast<std::size_t>(config_.min_features);
+    if (second < few || support_.size() - second < few) {
+      continue;
+    }
+    if (!clusters_.push_back({})) {
+      return;
+    }
+    for (std::size_t k = second; k < support_.size(); ++k) {
+      cluster_of_[support_[k]] = static_cast<std::int16_t>(clusters_.size() - 1);
+    }
+    clusters_[c].split = true;
+    clusters_.back() = clusters_[c];
+  }
+}
+
+bool MotionClusters::side_by_side(const MotionAxes& axes, std::size_t i, std::size_t j) const noexcept {
+  const Eigen::Vector3f a = position_m(i);
+  const Eigen::Vector3f b = position_m(j);
+  const auto fb = static_cast<float>(geometry_.fx_px * geometry_.baseline_m);
+  const auto disparity_variance = static_cast<float>(2.0 * config_.sigma_px * config_.sigma_px);
+  const float along_m = axes.along.dot(b - a);
+  float variance = axes.angle_variance * along_m * along_m;
+  for (const Eigen::Vector3f& p : {a, b}) {
+    const float per_pixel_m = axes.across.dot(p) * p.z() / fb;
+    variance += disparity_variance * per_pixel_m * per_pixel_m;
+  }
+  return std::abs(axes.across.dot(b - a)) > kMaxWidthM + 2.F * std::sqrt(variance);
+}
+
 // True if clusters `a` and `b` lie on one tracked body, and their two nearest features are not separated.
 bool MotionClusters::belong_together(std::int16_t a, std::int16_t b) const {
   const std::uint8_t body = clusters_[static_cast<std::size_t>(a)].body;
   if (body == kBackgroundLabel || body != clusters_[static_cast<std::size_t>(b)].body) {
     return false;
   }
+  const MotionCluster& first = clusters_[static_cast<std::size_t>(a)];
+  const MotionAxes axes = axes_of(first.velocity_mps, first.covariance);
   float nearest_sq = std::numeric_limits<float>::max();
   std::size_t from = 0;
   std::size_t to = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
     for (std::size_t j = 0; cluster_of_[i] == a && j < features_.size(); ++j) {
+      if (cluster_of_[j] != b) {
+        continue;
+      }
+      if (side_by_side(axes, i, j)) {
+        return false;
+      }
       const float distance_sq = (features_[i].left_px - features_[j].left_px).squaredNorm();
-      if (cluster_of_[j] == b && distance_sq < nearest_sq) {
+      if (distance_sq < nearest_sq) {
         nearest_sq = distance_sq;
         from = i;
         to = j;
@@ -300,7 +392,7 @@ void MotionClusters::summarise() {
   information.fill(Eigen::Matrix3f::Zero());
   weighted.fill(Eigen::Vector3f::Zero());
   for (MotionCluster& cluster : clusters_) {
-    cluster = {};
+    cluster = {.split = cluster.split};
   }
   for (std::size_t i = 0; i < features_.size(); ++i) {
     if (cluster_of_[i] < 0) {

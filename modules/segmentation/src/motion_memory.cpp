@@ -173,12 +173,14 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
       }
     }
     const auto most = std::max_element(votes.begin(), votes.begin() + static_cast<std::ptrdiff_t>(known_regions));
-    const bool continues = known_regions > 0 && *most * 4 >= clusters[c].features && *most > 0 &&
-                           !regions_[static_cast<std::size_t>(most - votes.begin())].moving;
-    std::int16_t index = continues ? static_cast<std::int16_t>(most - votes.begin()) : std::int16_t{-1};
+    const auto before = static_cast<std::size_t>(most - votes.begin());
+    const bool was_part = known_regions > 0 && *most * 4 >= clusters[c].features && *most > 0;
+    const bool continues = was_part && !regions_[before].moving;
+    std::int16_t index = continues ? static_cast<std::int16_t>(before) : std::int16_t{-1};
     if (!continues && regions_.push_back({})) {
       index = static_cast<std::int16_t>(regions_.size() - 1);
       regions_.back().id = next_region_id_++;
+      regions_.back().beside = was_part && clusters[c].split ? regions_[before].id : 0;
     }
     region_of_cluster_[c] = index;
     if (index < 0) {

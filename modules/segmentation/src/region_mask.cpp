@@ -96,6 +96,12 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
   }
   candidates_.clear();
   for (std::size_t r = 0; r < memory.regions().size(); ++r) {
+    const MotionRegion& region = memory.regions()[r];
+    if (region.reported && region.beside != 0 && drawn(region.id) == nullptr) {
+      take_over_cells(r, known, memory);
+    }
+  }
+  for (std::size_t r = 0; r < memory.regions().size(); ++r) {
     Candidate candidate;
     if (memory.regions()[r].reported && describe(r, known, memory, dense, test, candidate)) {
       weigh_cells(candidate, known, motions, memory, r, dense, test);
@@ -113,6 +119,15 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
 bool RegionMask::is_member(int cx, int cy, std::size_t region, const MotionMemory& memory) const noexcept {
   const std::int16_t blob = blob_of_cell_.row(cy)[cx];
   return blob >= 0 && memory.region_of_blob()[static_cast<std::size_t>(blob)] == static_cast<std::int16_t>(region);
+}
+
+bool RegionMask::is_beside(const MotionMemory& memory, std::int16_t other, std::size_t region) {
+  if (other < 0) {
+    return false;
+  }
+  const MotionRegion& a = memory.regions()[static_cast<std::size_t>(other)];
+  const MotionRegion& b = memory.regions()[region];
+  return a.reported && (a.beside == b.id || b.beside == a.id);
 }
 
 bool RegionMask::describe(std::size_t region, std::span<const Feature> features, const MotionMemory& memory,
@@ -205,6 +220,8 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
     if (memory.region_of_feature()[i] == static_cast<std::int16_t>(region)) {
       evidence_.row(cy)[cx] += kFeatureNats;
       distance_.row(cy)[cx] = 0.F;
+    } else if (is_beside(memory, memory.region_of_feature()[i], region)) {
+      evidence_.row(cy)[cx] -= kFeatureNats;
     } else if (motions[i].known && candidate.moving) {
       const Eigen::Matrix3f covariance =
           motions[i].covariance + candidate.covariance + kVelocityVariance * Eigen::Matrix3f::Identity();

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "kinetrace/segmentation/region_mask.hpp"
@@ -17,6 +18,29 @@ constexpr float kGapM = 0.6F;
 constexpr float kFittedNats = 1.5F;
 
 }  // namespace
+
+void RegionMask::take_over_cells(std::size_t region, std::span<const Feature> features, const MotionMemory& memory) {
+  const MotionRegion& own = memory.regions()[region];
+  for (int cy = 0; cy < previous_.height; ++cy) {
+    for (int cx = 0; cx < previous_.width; ++cx) {
+      std::uint32_t& drawn_as = previous_.row(cy)[cx];
+      if (drawn_as != own.beside) {
+        continue;
+      }
+      const Eigen::Vector2f cell_px(cell_center(cx), cell_center(cy));
+      float nearest_sq = std::numeric_limits<float>::max();
+      for (std::size_t i = 0; i < features.size(); ++i) {
+        const std::int16_t r = memory.region_of_feature()[i];
+        const std::uint32_t id = r < 0 ? 0U : memory.regions()[static_cast<std::size_t>(r)].id;
+        const float distance_sq = (features[i].previous_left_px - cell_px).squaredNorm();
+        if (features[i].age_frames > 0 && (id == own.id || id == own.beside) && distance_sq < nearest_sq) {
+          nearest_sq = distance_sq;
+          drawn_as = id;
+        }
+      }
+    }
+  }
+}
 
 const RegionMask::Candidate* RegionMask::drawn(std::uint32_t region_id) const noexcept {
   const auto* const found =

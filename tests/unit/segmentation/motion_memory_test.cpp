@@ -99,5 +99,31 @@ TEST_P(MotionMemoryTest, AFeatureOnTheMaskOfAStoppedRegionLeavesItAfterTwoFifths
 
 INSTANTIATE_TEST_SUITE_P(Rates, MotionMemoryTest, ::testing::Values(10, 30));
 
+// Two vehicles side by side were one region until they were told apart.
+TEST(MotionMemory, OfASplitClusterOnePartContinuesTheRegionAndTheOtherKnowsIt) {
+  Arena arena(1U << 16U);
+  MotionMemory memory(MotionConfig{}, 10, arena);
+  std::vector<Feature> features(10);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    features[i].id = static_cast<std::uint32_t>(i) + 1;
+    features[i].slot = static_cast<std::uint16_t>(i);
+  }
+  const std::vector<FeatureMotion> motions(features.size(), FeatureMotion{.known = true});
+  const std::vector<std::uint32_t> none(features.size(), 0);
+  const auto step = [&](const std::vector<MotionCluster>& clusters, const std::vector<std::int16_t>& cluster_of) {
+    memory.begin(100'000'000, features, none);
+    memory.update(features, motions, clusters, cluster_of, none);
+    memory.conclude(features, motions);
+  };
+  step({{.features = 10}}, std::vector<std::int16_t>(10, 0));
+  ASSERT_EQ(memory.regions().size(), 1U);
+  const std::uint32_t first_id = memory.regions()[0].id;
+  step({{.features = 5, .split = true}, {.features = 5, .split = true}}, {0, 0, 0, 0, 0, 1, 1, 1, 1, 1});
+  ASSERT_EQ(memory.regions().size(), 2U);
+  EXPECT_EQ(memory.regions()[0].id, first_id);
+  EXPECT_EQ(memory.regions()[0].beside, 0U);
+  EXPECT_EQ(memory.regions()[1].beside, first_id);
+}
+
 }  // namespace
 }  // namespace kinetrace::segmentation

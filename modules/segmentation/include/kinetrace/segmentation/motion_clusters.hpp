@@ -23,6 +23,7 @@ struct MotionCluster {
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   int features = 0;
   std::uint8_t body = 0;  ///< Label of most of its features.
+  bool split = false;     ///< One of two vehicles beside each other that were one cluster.
 };
 
 /// Clustering by hypotheses. A feature whose own velocity lies significantly outside the ball of slow velocities,
@@ -30,9 +31,9 @@ struct MotionCluster {
 /// neighbours (near in the image, at the same depth) whose motion it explains better than rest does, and updates its
 /// velocity by theirs; features that fit both hypotheses are ignored. It does not grow across ground, a gap to farther
 /// surfaces, a step of depth, or into another known region. It becomes a cluster with enough features, or with fewer if
-/// the images around them agree (TemporalTest). Clusters on one tracked body with similar motion are joined, and
-/// features that fit a cluster's motion better than rest are added. Features on the ground (shadows, reflections) or
-/// higher than objects reach are excluded.
+/// the images around them agree (TemporalTest). A cluster wider across its motion than vehicles are is two, divided at
+/// the widest gap. Clusters on one tracked body with similar motion are joined, and features that fit a cluster's motion
+/// better than rest are added. Features on the ground (shadows, reflections) or higher than objects reach are excluded.
 class MotionClusters {
  public:
   static constexpr std::size_t kMaxClusters = 64;
@@ -63,16 +64,29 @@ class MotionClusters {
     int at_rest_neighbours = 0;  ///< Neighbours of its features, on the same surface, at rest.
   };
 
+  /// Axes on the ground, camera axes: along a motion and across it.
+  struct MotionAxes {
+    Eigen::Vector3f along{0.F, 0.F, 0.F};
+    Eigen::Vector3f across{0.F, 0.F, 0.F};
+    float angle_variance = 0.F;  ///< Of their direction, rad^2.
+  };
+
   void fill_grid();
   [[nodiscard]] std::size_t cell_index(int x, int y) const noexcept {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(grid_width_) + static_cast<std::size_t>(x);
   }
   [[nodiscard]] bool separated(std::size_t i, std::size_t j) const noexcept;
+  /// Axes of zero length where the ground is not known, or the velocity is vertical.
+  [[nodiscard]] MotionAxes axes_of(const Eigen::Vector3f& velocity_mps, const Eigen::Matrix3f& covariance) const;
+  /// True if two features are certainly farther apart across the motion than a vehicle is wide: they lie on two.
+  [[nodiscard]] bool side_by_side(const MotionAxes& axes, std::size_t i, std::size_t j) const noexcept;
+  [[nodiscard]] Eigen::Vector3f position_m(std::size_t i) const noexcept;
   [[nodiscard]] bool belong_together(std::int16_t a, std::int16_t b) const;
   void list_seeds();
   void grow_from(std::size_t seed);
   void test_neighbour(Hypothesis& h, std::size_t from, std::size_t j);
   [[nodiscard]] bool holds(const Hypothesis& h) const;
+  void split_wide();
   void join_parts();
   void absorb();
   void summarise();

@@ -30,6 +30,8 @@ struct MotionRegion {
   bool moving = false;    ///< In this frame.
   bool reported = false;  ///< Confirmed, and moving or recently stopped.
   int features = 0;       ///< In this frame.
+  /// Region of the vehicle beside it that drives alike, of which it was a part until they were told apart; 0 = none.
+  std::uint32_t beside = 0;
 };
 
 /// A region is confirmed after `confirm_frames` frames of motion, or more if few features agreed on it, and retained by

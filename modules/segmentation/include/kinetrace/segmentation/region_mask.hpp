@@ -81,6 +81,10 @@ class RegionMask {
                                       const TemporalTest& test) const;
   /// The nearest region drawn in the frame before in a cell's row and column, across a gap at most; 0 = none.
   [[nodiscard]] std::uint32_t region_beside(int cx, int cy, float disparity_px) const noexcept;
+  [[nodiscard]] static bool is_beside(const MotionMemory& memory, std::int16_t other, std::size_t region);
+  /// Gives a region that is drawn for the first time those cells of the frame before that are nearer to its features
+  /// than to those of the region beside it, as which they were drawn.
+  void take_over_cells(std::size_t region, std::span<const Feature> features, const MotionMemory& memory);
   [[nodiscard]] bool is_member(int cx, int cy, std::size_t region, const MotionMemory& memory) const noexcept;
   void weigh_blobs(const Candidate& candidate, const MotionMemory& memory, std::size_t region);
   void weigh_cells(const Candidate& candidate, std::span<const Feature> features,
