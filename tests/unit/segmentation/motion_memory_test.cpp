@@ -99,7 +99,7 @@ TEST_P(MotionMemoryTest, AFeatureOnTheMaskOfAStoppedRegionLeavesItAfterTwoFifths
 
 INSTANTIATE_TEST_SUITE_P(Rates, MotionMemoryTest, ::testing::Values(10, 30));
 
-// Two vehicles side by side were one region until they were told apart.
+// Two vehicles side by side were one region until they were separated.
 TEST(MotionMemory, OfASplitClusterOnePartContinuesTheRegionAndTheOtherKnowsIt) {
   Arena arena(1U << 16U);
   MotionMemory memory(MotionConfig{}, 10, arena);

@@ -30,7 +30,7 @@ struct MotionRegion {
   bool moving = false;    ///< In this frame.
   bool reported = false;  ///< Confirmed, and moving or recently stopped.
   int features = 0;       ///< In this frame.
-  /// Region of the vehicle beside it that drives alike, of which it was a part until they were told apart; 0 = none.
+  /// Region of the vehicle beside it that drives alike, of which it was a part before; 0 = none.
   std::uint32_t beside = 0;
 };
 
