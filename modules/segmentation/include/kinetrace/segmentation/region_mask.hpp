@@ -81,6 +81,7 @@ class RegionMask {
                                       const TemporalTest& test) const;
   /// The nearest region drawn in the frame before in a cell's row and column, across a gap at most; 0 = none.
   [[nodiscard]] std::uint32_t region_beside(int cx, int cy, float disparity_px) const noexcept;
+  /// True if regions `other` (-1 = none) and `region` are vehicles beside each other that were one region.
   [[nodiscard]] static bool is_beside(const MotionMemory& memory, std::int16_t other, std::size_t region);
   /// Gives a region that is drawn for the first time those cells of the frame before that are nearer to its features
   /// than to those of the region beside it, as which they were drawn.
