@@ -12,11 +12,17 @@ struct Followed {
   bool moving = false;
 };
 
-/// Object of each track in the frame: the matched one, else the one that most of its pixels belong to.
+/// A pose without a measurement in this frame comes with a predicted mask, which may lie on another object.
+bool is_predicted(const TrackInFrame& track) {
+  return track.estimate &&
+         (track.estimate->status == BodyStatus::kPropagated || track.estimate->status == BodyStatus::kLost);
+}
+
+/// Object of each track in the frame: the matched one, else the one that most of its measured pixels belong to.
 std::vector<const TrueObject*> objects_of_tracks(const ObjectFrame& frame, const FrameAssociation& association) {
   std::vector<const TrueObject*> objects(frame.tracks.size(), nullptr);
   for (std::size_t track = 0; track < frame.tracks.size(); ++track) {
-    if (frame.tracks[track].covers >= 0) {
+    if (frame.tracks[track].covers >= 0 && !is_predicted(frame.tracks[track])) {
       objects[track] = &frame.truth[static_cast<std::size_t>(frame.tracks[track].covers)];
     }
   }

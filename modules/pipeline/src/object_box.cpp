@@ -18,7 +18,7 @@ constexpr double kTurnRateSigma_radps = 0.1;  // Of the turn rate, standard devi
 
 std::optional<trajectory::Heading> ObjectState::heading(const Eigen::Vector3d& down) const {
   const trajectory::MotionEstimate motion = motion_.at(0);
-  if (!motion.moving) {
+  if (!motion.moving_by_path) {
     return std::nullopt;
   }
   // In a turn, only the rear axle moves along the vehicle's heading.

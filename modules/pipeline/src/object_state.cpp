@@ -305,18 +305,20 @@ Eigen::Matrix3d ObjectState::position_correlated_covariance() const {
   Eigen::Matrix3d correlated_covariance = along_ray_m * along_ray_m.transpose();
   correlated_covariance.diagonal().array() +=
       kLateralCorrelatedError * kLateralCorrelatedError * along_ray_m.squaredNorm();
-  if (identity_.has_moved || life_.status == BodyStatus::kTracked) {
-    return correlated_covariance;
-  }
-  // Evidence of a new mover: the visible part drifts over the object. Where it is not measured, an occluder passes or
-  // it leaves the image: then it may have drifted anywhere. An outline does not drift.
-  if (!is_rigid() || is_measured()) {
-    correlated_covariance +=
-        extent_covariance(depth_m) + top_covariance(identity_.T_world_obj.rotation * life_.T_obj_cam.rotation);
-  } else {
-    correlated_covariance.diagonal().array() += kUnobservedPositionSigma_m * kUnobservedPositionSigma_m;
-  }
   return correlated_covariance;
+}
+
+Eigen::Matrix3d ObjectState::part_drift_covariance() const {
+  if (identity_.has_moved || life_.status == BodyStatus::kTracked) {
+    return Eigen::Matrix3d::Zero();
+  }
+  // Where its visible part is not measured, an occluder passes or it leaves the image: then it may have drifted
+  // anywhere. An outline does not drift.
+  if (is_rigid() && !is_measured()) {
+    return kUnobservedPositionSigma_m * kUnobservedPositionSigma_m * Eigen::Matrix3d::Identity();
+  }
+  return extent_covariance(life_.T_obj_cam.inverse().translation.z()) +
+         top_covariance(identity_.T_world_obj.rotation * life_.T_obj_cam.rotation);
 }
 
 bool ObjectState::is_measured() const noexcept {
@@ -341,6 +343,8 @@ void ObjectState::push_motion(const CameraState& camera) {
                 .T_world_obj = identity_.T_world_obj,
                 .position_covariance = reference_covariance(identity_.T_world_obj, life_.covariance),
                 .correlated_covariance = position_correlated_covariance(),
+                .part_drift_covariance = part_drift_covariance(),
+                .detected_moving = life_.track.detected_moving,
                 // Where a person is only predicted, the frame says nothing.
                 .is_evidence = is_rigid() || identity_.has_moved || life_.status == BodyStatus::kStereoOnly,
                 .covariance_per_disparity = covariance_per_disparity(camera)});

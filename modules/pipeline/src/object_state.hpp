@@ -117,7 +117,7 @@ class ObjectState {
 
     /// Has been tracked by its reconstruction since it was last restarted: this has fixed its axes and origin.
     bool reconstructed = false;
-    bool has_moved = false;  ///< Has been found moving.
+    bool has_moved = false;  ///< Has been found moving, by its path.
     /// Probability of moving, by the path of its reconstruction. Before there is one the object is rather followed as
     /// moving: a filter at rest would lag behind.
     double moving_probability = 0.95;
@@ -254,6 +254,8 @@ class ObjectState {
   [[nodiscard]] bool is_measured() const noexcept;
   /// See trajectory::MotionSample.
   [[nodiscard]] Eigen::Matrix3d position_correlated_covariance() const;
+  /// See trajectory::MotionSample; nothing once it has moved.
+  [[nodiscard]] Eigen::Matrix3d part_drift_covariance() const;
   /// See trajectory::MotionSample.
   [[nodiscard]] Eigen::Matrix3d covariance_per_disparity(const CameraState& camera) const;
   void push_motion(const CameraState& camera);

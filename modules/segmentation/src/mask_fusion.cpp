@@ -105,17 +105,20 @@ void MaskFusion::accept_candidates(std::span<const Detection> candidates, std::s
   for (const Detection& candidate : candidates) {
     const std::int32_t* const shared_px = shared_px_.row(candidate.label);
     float fit = 0.F;
+    bool moving = false;
     for (const Detection& region : regions) {
       const int both_px = shared_px[region.label];
       fit =
           std::max(fit, static_cast<float>(both_px) / static_cast<float>(candidate.area_px + region.area_px - both_px));
+      moving = moving || (region.moving && 2 * both_px > candidate.area_px);
     }
     const float log_odds = log_odds_of(candidate.score) + kMotionNats * fit;
     if (candidate.score >= kMinCandidateProbability && log_odds > 0.F) {
       (void)objects_.push_back({.label = candidate.label,  // room for as many as there are labels, of either kind
                                 .class_id = candidate.class_id,
                                 .log_odds = log_odds,
-                                .area_px = candidate.area_px});
+                                .area_px = candidate.area_px,
+                                .moving = moving});
     }
   }
 }
@@ -134,7 +137,8 @@ void MaskFusion::accept_regions(std::span<const Detection> regions) noexcept {
                                 .label = region.label,
                                 .class_id = region.class_id,
                                 .log_odds = log_odds,
-                                .area_px = own_px});
+                                .area_px = own_px,
+                                .moving = region.moving});
     }
   }
 }
@@ -154,8 +158,12 @@ int MaskFusion::number_objects() noexcept {
       ++dropped;
     } else {
       object.result = static_cast<std::uint8_t>(detections_.size() + 1);
-      (void)detections_.push_back(
-          {object.result, object.class_id, probability_of(object.log_odds), {}, object.area_px});  // checked above
+      (void)detections_.push_back({object.result,
+                                   object.class_id,
+                                   probability_of(object.log_odds),
+                                   {},
+                                   object.area_px,
+                                   object.moving});  // checked above
     }
   }
   return dropped;

@@ -420,6 +420,7 @@ void RegionMask::write_labels() {
     Detection detection;
     detection.label = static_cast<std::uint8_t>(detections_.size() + 1);
     label_of[c] = detection.label;
+    detection.moving = candidates_[c].moving;
     region_of_label_[detection.label] = candidates_[c].region_id;
     (void)detections_.push_back(detection);
   }

@@ -298,8 +298,10 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
     if (!instance.alive()) {
       continue;
     }
+    instance.track.detected_moving = false;
     if (instance.detection >= 0) {
       const Detection& detection = detections.left[static_cast<std::size_t>(instance.detection)];
+      instance.track.detected_moving = detection.moving;
       instance.track.box_px = detection.box_px;
       instance.track.area_px = detection.area_px;
       continue;

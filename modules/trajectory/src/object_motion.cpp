@@ -48,6 +48,17 @@ struct TurnRate {
   }
 };
 
+/// The covariance with the largest trace.
+struct Largest {
+  Eigen::Matrix3d covariance;
+
+  void add(const Eigen::Matrix3d& other) noexcept {
+    if (other.trace() > covariance.trace()) {
+      covariance = other;
+    }
+  }
+};
+
 }  // namespace
 
 Eigen::Matrix3d velocity_per_disparity(const Eigen::Vector3d& ray_m, const Eigen::Vector3d& forward,
@@ -71,7 +82,7 @@ void ObjectMotion::push(const MotionSample& sample) noexcept {
   head_ = (head_ + 1) % kCapacity;
   size_ = std::min(size_ + 1, kCapacity);
   ring_[head_] = {sample, false};
-  ring_[head_].was_moving = at(0).moving;
+  ring_[head_].was_moving = at(0).moving_by_path;
 }
 
 void ObjectMotion::revise(std::size_t age, const Se3& T_world_obj,
@@ -83,49 +94,79 @@ void ObjectMotion::revise(std::size_t age, const Se3& T_world_obj,
   }
 }
 
+/// The samples around an age that are evidence of motion.
+struct ObjectMotion::Window {
+  std::array<PathPoint, kCapacity> path{};
+  std::size_t count = 0;
+  TurnRate turn{};
+  Largest correlated;  ///< Errors that the samples have in common...
+  Largest drifting;    ///< ...and with the drift of the visible part.
+  std::size_t detected_moving = 0;
+
+  [[nodiscard]] std::span<const PathPoint> points() const noexcept { return std::span(path).first(count); }
+  [[nodiscard]] double correlation_s() const noexcept {
+    return std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelation_s);
+  }
+};
+
+ObjectMotion::Window ObjectMotion::window(std::size_t age) const noexcept {
+  const MotionSample& center = entry(age).sample;
+  Window window{.correlated = {center.correlated_covariance},
+                .drifting = {center.correlated_covariance + center.part_drift_covariance}};
+  for (std::size_t i = 0; i < size_; ++i) {
+    const MotionSample& sample = entry(i).sample;
+    const double time_s = seconds_between(center.timestamp_ns, sample.timestamp_ns);
+    const bool is_neighbour = i + 1 >= age && i <= age + 1;  // the only ones of a slow camera
+    if (!sample.is_evidence || std::abs(time_s) > (is_neighbour ? kMaxSampleAge_s : window_s_ + kTimestampJitter_s)) {
+      continue;
+    }
+    window.path[window.count++] = {time_s, sample.T_world_obj * reference_obj_,
+                                   information_of(sample.position_covariance)};
+    window.correlated.add(sample.correlated_covariance);
+    window.drifting.add(sample.correlated_covariance + sample.part_drift_covariance);
+    window.detected_moving += sample.detected_moving ? 1 : 0;
+    window.turn.add(time_s, so3_log(sample.T_world_obj.rotation * center.T_world_obj.rotation.transpose()).y());
+  }
+  return window;
+}
+
 MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   MotionEstimate estimate;
   if (age >= size_) {
     return estimate;
   }
-  const MotionSample& center = entry(age).sample;
-  std::array<PathPoint, kCapacity> path;
-  std::size_t count = 0;
-  TurnRate turn;
-  Eigen::Matrix3d correlated_covariance = center.correlated_covariance;  // The largest in the window.
-  for (std::size_t i = 0; i < size_; ++i) {
-    const MotionSample& sample = entry(i).sample;
-    const double time_s = seconds_between(center.timestamp_ns, sample.timestamp_ns);
-    const bool is_neighbour = i + 1 >= age && i <= age + 1;  // the only ones of a slow camera
-    if (sample.is_evidence && std::abs(time_s) <= (is_neighbour ? kMaxSampleAge_s : window_s_ + kTimestampJitter_s)) {
-      path[count++] = {time_s, sample.T_world_obj * reference_obj_, information_of(sample.position_covariance)};
-      correlated_covariance = sample.correlated_covariance.trace() > correlated_covariance.trace()
-                                  ? sample.correlated_covariance
-                                  : correlated_covariance;
-      turn.add(time_s, so3_log(sample.T_world_obj.rotation * center.T_world_obj.rotation.transpose()).y());
-    }
-  }
-  if (count < 2) {
+  const Window window = this->window(age);
+  if (window.count < 2) {
     return estimate;
   }
-  const VelocityFit fit = fit_velocity(std::span<const PathPoint>(path).first(count));
-  estimate.covariance = fit.covariance + kVelocityFloor_mps * kVelocityFloor_mps * Eigen::Matrix3d::Identity();
-  estimate.yaw_rate_rad_s = turn.rad_s();
-  const double correlation_s = std::max(path[0].time_s - path[count - 1].time_s, kErrorCorrelation_s);
-  estimate.covariance += correlated_covariance / (correlation_s * correlation_s);
-  estimate.apparent_covariance = estimate.covariance;
-  estimate.covariance += disparity_sigma_px_ * disparity_sigma_px_ * center.covariance_per_disparity;
-  const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
-  const double min_significance = config_.moving_significance * (was_moving ? kStopRatio : 1.0);
+  const VelocityFit fit = fit_velocity(window.points());
+  const double per_s2 = 1.0 / (window.correlation_s() * window.correlation_s());
+  const Eigen::Matrix3d calibration_covariance =
+      disparity_sigma_px_ * disparity_sigma_px_ * entry(age).sample.covariance_per_disparity;
+  const Eigen::Matrix3d fit_covariance =
+      fit.covariance + kVelocityFloor_mps * kVelocityFloor_mps * Eigen::Matrix3d::Identity();
+  estimate.apparent_covariance = fit_covariance + per_s2 * window.drifting.covariance;
+  estimate.covariance = estimate.apparent_covariance + calibration_covariance;
+  estimate.yaw_rate_rad_s = window.turn.rad_s();
+  if (window.count < kMinSamples) {
+    return estimate;
+  }
+  estimate.velocity_mps = fit.velocity_mps;
   const auto exceeds = [&](double significance, const Eigen::Matrix3d& covariance) {
     const double chi_square = fit.velocity_mps.dot(covariance.ldlt().solve(fit.velocity_mps));
     return chi_square > significance * significance && fit.velocity_mps.norm() > config_.min_moving_speed_mps;
   };
-  if (count >= kMinSamples) {
-    estimate.velocity_mps = fit.velocity_mps;
-    estimate.moving = exceeds(min_significance, estimate.covariance);
-    estimate.apparently_moving = exceeds(config_.moving_significance, estimate.apparent_covariance);
-  }
+  const double to_begin = config_.moving_significance;
+  const double to_continue = kStopRatio * to_begin;
+  const bool was_moving = entry(age).was_moving || (age + 1 < size_ && entry(age + 1).was_moving);
+  estimate.moving_by_path = exceeds(was_moving ? to_continue : to_begin, estimate.covariance);
+  estimate.apparently_moving = exceeds(to_begin, estimate.apparent_covariance);
+  const bool is_detected_moving = 2 * window.detected_moving > window.count;
+  estimate.moving =
+      estimate.moving_by_path ||
+      (is_detected_moving &&
+       (exceeds(to_continue, estimate.covariance) ||
+        exceeds(to_begin, fit_covariance + calibration_covariance + per_s2 * window.correlated.covariance)));
   return estimate;
 }
 

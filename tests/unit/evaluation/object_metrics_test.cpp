@@ -296,5 +296,19 @@ TEST(FalseMoving, AcceptsAPartOfAMovingObject) {
   EXPECT_EQ(evaluated(scene_with_a_phantom(1)).false_moving.size(), 1U);
 }
 
+TEST(FalseMoving, APredictedMaskOnAnotherObjectIsNoOtherObject) {
+  // The moving object is hidden from frame 5 on, where its predicted mask lies on the one at rest.
+  const auto false_moving = [](BodyStatus status) {
+    std::vector<ObjectFrame> scene = scene_with_a_phantom(0);
+    for (std::size_t i = 5; i < scene.size(); ++i) {
+      scene[i].tracks[2].covers = 1;
+      scene[i].tracks[2].estimate->status = status;
+    }
+    return evaluated(scene).false_moving.size();
+  };
+  EXPECT_EQ(false_moving(BodyStatus::kPropagated), 0U);
+  EXPECT_EQ(false_moving(BodyStatus::kStereoOnly), 1U);
+}
+
 }  // namespace
 }  // namespace kinetrace::evaluation

@@ -30,6 +30,10 @@ class Drawing {
         {static_cast<std::uint8_t>(instances_.size() + 1), class_id, score, box, box.width() * box.height()});
     fill(box, instances_.back().label);
   }
+  void add_moving(const PixelBox& box) {
+    add(box);
+    instances_.back().moving = true;
+  }
   void ignore(const PixelBox& box) { fill(box, kIgnoreLabel); }
   [[nodiscard]] LabelledInstances view() const { return {{pixels_.data(), kWidth, kHeight, kWidth}, instances_}; }
 
@@ -198,6 +202,31 @@ TEST_F(MaskFusionTest, WhatIsToBeIgnoredStaysSo) {
   EXPECT_EQ(at(15, 11), kIgnoreLabel);
   EXPECT_EQ(at(70, 30), kIgnoreLabel);
   expect_consistent();
+}
+
+TEST_F(MaskFusionTest, ACandidateMovesWhereMostOfItIsOnAMovingRegion) {
+  make();
+  network_.add({10, 5, 30, 25}, kVehicleClass, kSure);
+  network_.add({40, 5, 60, 25}, kVehicleClass, kSure);
+  network_.add({70, 5, 90, 25}, kVehicleClass, kSure);
+  motion_.add_moving({10, 5, 25, 25});
+  motion_.add_moving({40, 5, 48, 25});
+  motion_.add({70, 5, 90, 25});  // halted
+  fuse();
+  ASSERT_EQ(found().size(), 3U);
+  EXPECT_TRUE(found()[0].moving);
+  EXPECT_FALSE(found()[1].moving);
+  EXPECT_FALSE(found()[2].moving);
+}
+
+TEST_F(MaskFusionTest, ARegionMovesAsSegmentationSays) {
+  make();
+  motion_.add_moving({10, 5, 30, 25});
+  motion_.add({40, 5, 50, 25});
+  fuse();
+  ASSERT_EQ(found().size(), 2U);
+  EXPECT_TRUE(found()[0].moving);
+  EXPECT_FALSE(found()[1].moving);
 }
 
 TEST_F(MaskFusionTest, AsManyAsThereIsRoomForStayAndTheSmallestGoes) {

@@ -20,6 +20,7 @@ namespace kinetrace::segmentation {
 /// Score of one frame's detections against the true bodies of features.
 struct SceneScore {
   std::size_t detections = 0;
+  std::size_t moving = 0;               ///< Of these, moving in this frame.
   std::vector<std::size_t> hits;        ///< Per object: detections in which most features are its own.
   std::vector<double> coverage;         ///< Per object: share of its features that its detections hold.
   std::size_t background_in_masks = 0;  ///< Static features, right and wrong ones, on any mask.
@@ -94,6 +95,8 @@ class MotionScene {
   [[nodiscard]] SceneScore score(std::span<const Feature> features) const {
     SceneScore out;
     out.detections = last_.left.size();
+    out.moving = static_cast<std::size_t>(
+        std::count_if(last_.left.begin(), last_.left.end(), [](const Detection& d) { return d.moving; }));
     out.hits.resize(object_count_);
     out.coverage.resize(object_count_);
     std::vector<std::vector<int>> count(last_.left.size() + 1, std::vector<int>(object_count_ + 1));

@@ -165,9 +165,11 @@ TEST(MotionSegmenter, KeepsAnObjectThatStopsForAWhile) {
   MotionScene scene(world, {{{4.0, 1.5, 1.8}, 60}}, motion);
   double x = -4.0;
   int reported_at_rest = 0;
+  int moving = 0;
   for (int i = 0; i < 45; ++i) {
     x += i < 12 ? 0.5 : 0.0;
     const SceneScore score = scene.step({}, std::array{test::turned(0.0, {x, 0.6, 18.0})});
+    moving += static_cast<int>(score.moving);
     reported_at_rest += i >= 12 && score.hits[0] > 0 ? 1 : 0;
     if (i < 24 && i >= 5) {
       EXPECT_GT(score.hits[0], 0U) << i;
@@ -176,6 +178,8 @@ TEST(MotionSegmenter, KeepsAnObjectThatStopsForAWhile) {
   // The filter's memory reports motion for some frames after the stop.
   EXPECT_GE(reported_at_rest, 12);
   EXPECT_LE(reported_at_rest, 12 + static_cast<int>(10.0 * motion.memory_s));
+  EXPECT_GE(moving, 6) << "from its confirmation to the stop";
+  EXPECT_LE(moving, 12 + static_cast<int>(10.0 * motion.memory_s)) << "kept, but no longer said to move";
 }
 
 TEST(MotionSegmenter, KeepsTheLargestObjectsAndCountsTheRest) {

@@ -126,6 +126,7 @@ class TrackerScene {
   bool available = true;
   PixelBox searched_px;
   bool moving_only = false;
+  bool moving = false;  ///< Of each detection.
   bool with_right = false;
   std::vector<bool> detected;             ///< Per shape, default all.
   std::vector<std::uint8_t> label_order;  ///< Label of each shape, default 1, 2, ...
@@ -205,6 +206,9 @@ class TrackerScene {
     }
     left_detections_ = measure_detections(left_.view(), wanted, classes);
     right_detections_ = measure_detections(right_.view(), wanted, classes);
+    for (Detection& detection : left_detections_) {
+      detection.moving = moving;
+    }
     detections_ = {};
     detections_.available = available;
     detections_.searched_px = searched_px;

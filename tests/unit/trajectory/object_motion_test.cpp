@@ -327,6 +327,36 @@ TEST(ObjectMotion, PeopleAreMeasuredOverTwiceTheTime) {
   EXPECT_LT(sigma_mps(true), 0.6 * sigma_mps(false));
 }
 
+/// Whether a walk at 1 m/s counts as moving whose visible part may drift by half a metre, of which segmentation has
+/// found `detected` of the ten samples moving.
+bool walk_moves(int detected, double speed_mps = 1.0) {
+  ObjectMotion motion({});
+  for (int i = 0; i < 10; ++i) {
+    MotionSample sample;
+    sample.timestamp_ns = i * kFrame_ns;
+    sample.T_world_obj.translation.x() = speed_mps * kFrame_s * i;
+    sample.position_covariance = 1e-4 * Eigen::Matrix3d::Identity();
+    sample.part_drift_covariance = 0.25 * Eigen::Matrix3d::Identity();
+    sample.detected_moving = i % 10 < detected;
+    motion.push(sample);
+  }
+  const MotionEstimate estimate = motion.at(4);
+  EXPECT_FALSE(estimate.moving_by_path);
+  EXPECT_GT(estimate.covariance(0, 0), 0.2) << "may have drifted, by the path";
+  return estimate.moving;
+}
+
+TEST(ObjectMotion, WhatSegmentationFoundMovingInMostFramesIsNoDriftOfItsVisiblePart) {
+  EXPECT_TRUE(walk_moves(10));
+  EXPECT_TRUE(walk_moves(6));
+}
+
+TEST(ObjectMotion, SegmentationAloneMovesNothing) {
+  EXPECT_FALSE(walk_moves(0)) << "a drift, perhaps";
+  EXPECT_FALSE(walk_moves(4)) << "found in few frames: an outlier";
+  EXPECT_FALSE(walk_moves(10, 0.1)) << "its path does not move";
+}
+
 TEST(ObjectMotion, APredictedPositionIsNoEvidence) {
   ObjectMotion motion({});
   Path path(0.01);

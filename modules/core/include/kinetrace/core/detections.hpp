@@ -20,6 +20,7 @@ struct Detection {
   float score = 1.F;
   PixelBox box_px;
   int area_px = 0;
+  bool moving = false;  ///< By the evidence of segmentation: it has moved in this frame.
 };
 
 /// Detections of a stereo pair. `available` is false when segmentation had no result for this frame (a missing mask

@@ -50,6 +50,7 @@ class MaskFusion {
     std::uint16_t class_id = kUnknownClass;
     float log_odds = 0.F;
     int area_px = 0;
+    bool moving = false;
     std::uint8_t result = kBackgroundLabel;  ///< Label of its pixels.
   };
 

@@ -19,7 +19,11 @@ struct MotionSample {
   /// Of the correlated position error, common to several frames and slowly varying, world, m^2: a resting object may
   /// drift by it over the window.
   Eigen::Matrix3d correlated_covariance = Eigen::Matrix3d::Zero();
-  bool is_evidence = true;  ///< Otherwise its position is no evidence of motion, and not used.
+  /// Of the drift of the visible part over the object, world, m^2: may look like a motion of the object, unless
+  /// segmentation has found that it moves.
+  Eigen::Matrix3d part_drift_covariance = Eigen::Matrix3d::Zero();
+  bool detected_moving = false;  ///< By segmentation, see Detection::moving.
+  bool is_evidence = true;       ///< Otherwise its position is no evidence of motion, and not used.
   /// Of the velocity error per pixel of common disparity error, world, (m/s/px)^2.
   Eigen::Matrix3d covariance_per_disparity = Eigen::Matrix3d::Zero();
 };
@@ -40,8 +44,10 @@ struct MotionEstimate {
   /// The same without the error of a wrong calibration, which the next frames have in common.
   Eigen::Matrix3d apparent_covariance = Eigen::Matrix3d::Zero();
   double yaw_rate_rad_s = 0.0;     ///< About the world's y axis (down).
-  bool moving = false;             ///< Significant, and faster than min_moving_speed_mps.
+  bool moving_by_path = false;     ///< Significant, and faster than min_moving_speed_mps.
   bool apparently_moving = false;  ///< The same by apparent_covariance.
+  /// By its path, or by segmentation and its path together; an outlier of segmentation alone moves nothing.
+  bool moving = false;
 };
 
 /// Ring buffer of the last kCapacity poses, newest at age 0. No heap.
@@ -67,8 +73,9 @@ class ObjectMotion {
   /// Weighted least squares over the frames around `age`: constant velocity, or constant acceleration where it is
   /// significant. Significance is that of the velocity vector (root of its chi-square against zero), so that an
   /// uncertain depth does not mask a certain lateral motion. Hysteresis: an object whose sample or predecessor was
-  /// moving when it was the newest stays moving down to half the significance. Fewer than kMinSamples, or an age beyond
-  /// size(): no velocity, not moving.
+  /// moving when it was the newest stays moving down to half the significance. What segmentation has found moving in
+  /// most of the frames moves if its path is half as significant, or as significant without the drift of its visible
+  /// part. Fewer than kMinSamples, or an age beyond size(): no velocity, not moving.
   [[nodiscard]] MotionEstimate at(std::size_t age) const noexcept;
 
  private:
@@ -77,6 +84,8 @@ class ObjectMotion {
     bool was_moving = false;  ///< As assessed when it was the newest.
   };
 
+  struct Window;
+  [[nodiscard]] Window window(std::size_t age) const noexcept;
   [[nodiscard]] std::size_t slot(std::size_t age) const noexcept { return (head_ + kCapacity - age) % kCapacity; }
   [[nodiscard]] const Entry& entry(std::size_t age) const noexcept { return ring_[slot(age)]; }
 
