@@ -116,7 +116,7 @@ bool ObjectState::update_filter_by_position(const StereoObservation& observation
   }
   life_.rejections = 0;
   restart_at_observation(observation, camera);
-  return !frame_.identity_switched;
+  return true;
 }
 
 void ObjectState::update_filter_by_motion(const StereoObservation& observation, const CameraState& camera) {
@@ -135,10 +135,6 @@ void ObjectState::update_filter_by_motion(const StereoObservation& observation, 
 }
 
 void ObjectState::restart_at_observation(const StereoObservation& observation, const CameraState& camera) {
-  if (identity_.reconstructed && is_newly_matched()) {
-    frame_.identity_switched = true;
-    return;
-  }
   // The path so far was that of another object: nothing known in its frame holds for this one.
   if (is_rigid()) {  // an outline's origin is its centre
     identity_.to_origin_m.setZero();

@@ -75,7 +75,6 @@ void ObjectState::begin(const Track& track) {
 void ObjectState::set_dormant(const Track& track) noexcept {
   life_.track = track;
   life_.provisional = false;
-  life_.matched_run.reset();
   // The detection of this frame showed another object.
   life_.matched_timestamp_ns = life_.timestamp_ns - track.missed_ns;
   identity_.area_m2 = frame_.area_before_m2;
@@ -237,10 +236,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   identity_.filter.set_vertical(camera.vertical);
   measure_visible_fraction(camera);
   if (track.missed_frames == 0) {
-    life_.matched_run.add_frame(frame_.interval_ns);
     life_.matched_timestamp_ns = life_.timestamp_ns;
-  } else {
-    life_.matched_run.reset();
   }
 }
 

@@ -105,8 +105,6 @@ class ObjectState {
   [[nodiscard]] bool reconstructing() const noexcept { return frame_.extended; }
 
  private:
-  /// After a longer uninterrupted match its position may be wrong, but not its identity.
-  static constexpr std::int64_t kIdentityCertainAfter_ns = 400'000'000;
   /// On a mask: fewer may all be another object's, and are neither evidence of motion nor of another identity.
   static constexpr int kMinOwnFeatures = 4;
   static constexpr float kClearlyVisible = 0.6F;  ///< Where less is visible, the visible part may well be the occluder.
@@ -144,7 +142,6 @@ class ObjectState {
     std::int64_t timestamp_ns = 0;
     std::int64_t matched_timestamp_ns = 0;  ///< When a detection last showed it.
     bool provisional = false;               ///< Detected again after a gap, before stereo has confirmed it.
-    DwellTime matched_run;                  ///< Uninterrupted time of detections.
     DwellTime predicted;                    ///< Uninterrupted time of prediction.
     int rejections = 0;                     ///< Implausible stereo positions in a row.
     Se3 T_obj_cam;
@@ -181,7 +178,6 @@ class ObjectState {
   [[nodiscard]] bool is_truncated() const noexcept {
     return life_.track.box_px.x0 <= 1 || life_.track.box_px.x1 >= geometry_.width_px - 1;
   }
-  [[nodiscard]] bool is_newly_matched() const noexcept { return !life_.matched_run.exceeds(kIdentityCertainAfter_ns); }
   /// Bounded below, as a divisor.
   [[nodiscard]] double visible_part() const noexcept {
     constexpr double kMinVisible = 0.2;
@@ -222,7 +218,7 @@ class ObjectState {
   /// Its visible part, as predicted.
   [[nodiscard]] objects::VisiblePart visible_part_of(const Se3& T_world_cam) const;
   [[nodiscard]] objects::Bearing mask_bearing(const CameraState& camera) const;
-  /// Restarts the path where it is measured: its mask has switched to another object, or was on another one before.
+  /// Restarts the path where it is measured: its mask was on another object before.
   void restart_at_observation(const StereoObservation& observation, const CameraState& camera);
   void update_status(bool is_located) noexcept;
   /// Covariance of the visible part's centre on the object, world axes: over the visible surface, over what is hidden,

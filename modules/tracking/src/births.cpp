@@ -7,7 +7,7 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 namespace kinetrace::tracking {
-void StereoTracker::initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features) {
+void StereoTracker::initiate_tracks(const DetectionFrame& detections) {
   counters_.detections += owner_.size();
   std::array<std::uint8_t, kMaxObjects> order{};
   std::size_t unassigned = 0;
@@ -25,7 +25,7 @@ void StereoTracker::initiate_tracks(const DetectionFrame& detections, std::span<
     const std::size_t v = order[i];
     if (detections.left[v].area_px < config_.min_area_px) {
       ++counters_.detections_dropped;
-    } else if (is_duplicate(detections, v, features)) {
+    } else if (is_duplicate(detections.left[v])) {
       ++counters_.detections_duplicate;
     } else if (!start_track(detections, v)) {
       ++counters_.detections_dropped;
@@ -34,22 +34,11 @@ void StereoTracker::initiate_tracks(const DetectionFrame& detections, std::span<
   }
 }
 
-bool StereoTracker::is_duplicate(const DetectionFrame& detections, std::size_t index,
-                                 std::span<const Feature> features) {
-  const Detection& detection = detections.left[index];
-  for (const TrackInstance& instance : slots_) {
-    if (!instance.alive() || !is_assignable(instance) ||
-        instance.overlap.on_label[detection.label] < config_.duplicate_overlap * detection.area_px ||
-        !classes_agree(instance.track.class_id, detection.class_id)) {
-      continue;
-    }
-    const DisparityPlane own =
-        fit_disparity(gather_samples(detections.left_labels, detection.label, features), scratch_);
-    if (!own.known || !instance.disparity.known || !is_significantly_nearer(own.mean_px, instance.disparity.mean_px)) {
-      return true;
-    }
-  }
-  return false;
+bool StereoTracker::is_duplicate(const Detection& detection) const noexcept {
+  return std::any_of(slots_.begin(), slots_.end(), [&](const TrackInstance& instance) {
+    return instance.alive() && is_assignable(instance) && classes_agree(instance.track.class_id, detection.class_id) &&
+           instance.overlap.on_label[detection.label] >= config_.duplicate_overlap * detection.area_px;
+  });
 }
 
 TrackInstance* StereoTracker::free_instance() noexcept {

@@ -82,13 +82,9 @@ void StereoTracker::set_predictions(std::span<const ObjectPrediction> object_pre
 bool StereoTracker::place_mask_by_prediction(TrackInstance& instance) noexcept {
   const ObjectPrediction& now = instance.prediction;
   const ObjectPrediction& then = instance.mask_prediction;
-  const bool is_missed = instance.track.missed_frames > 0;
-  const auto put_outside = [&] {
+  if (instance.track.missed_frames > 0 && is_behind_camera(instance)) {
     instance.mask.place(Similarity::about(then.point_px, 1.0, Eigen::Vector2d(kFarOutsidePx, kFarOutsidePx)));
     return true;
-  };
-  if (is_missed && is_behind_camera(instance)) {
-    return put_outside();
   }
   if (!now.known || !then.known || now.direction_only != then.direction_only) {
     return false;
@@ -106,8 +102,7 @@ bool StereoTracker::place_mask_by_prediction(TrackInstance& instance) noexcept {
   if (std::min(then.depth_m, now.depth_m) > kMinPredictionDepth_m) {
     return place(then.depth_m / now.depth_m);
   }
-  // It passes close by: while it is detected, its last motion is the better prediction.
-  return is_missed && put_outside();
+  return false;  // it passes close by: its last motion is the better prediction
 }
 
 Similarity StereoTracker::predict_motion(TrackInstance& instance, std::span<const Feature> features) {

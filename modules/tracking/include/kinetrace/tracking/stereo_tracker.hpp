@@ -170,9 +170,9 @@ class StereoTracker {
   /// One transition of its life (life_cycle.hpp).
   void advance(TrackInstance& instance, const LifeEvidence& evidence) noexcept;
   void end(TrackInstance& instance) noexcept;
-  void initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features);
-  [[nodiscard]] bool is_duplicate(const DetectionFrame& detections, std::size_t index,
-                                  std::span<const Feature> features);
+  void initiate_tracks(const DetectionFrame& detections);
+  /// Mostly on the predicted mask of a track of its class.
+  [[nodiscard]] bool is_duplicate(const Detection& detection) const noexcept;
   [[nodiscard]] bool start_track(const DetectionFrame& detections, std::size_t index) noexcept;
   /// A free slot; null if there is none, or the number of tracks is at its limit.
   [[nodiscard]] TrackInstance* free_instance() noexcept;
