@@ -49,16 +49,6 @@ TEST(StereoTracker, ConfirmsInTheThirdMatchedFrame) {
   EXPECT_EQ(scene.tracker().counters().confirmed, 1U);
 }
 
-TEST(StereoTracker, SaysWhetherItsDetectionMovesAndNothingWithoutOne) {
-  TrackerScene scene;
-  for (const bool moving : {false, true, true, false, true}) {
-    scene.moving = moving;
-    EXPECT_EQ(scene.step(std::array{kCar}).tracks[0].detected_moving, moving);
-  }
-  scene.detected = {false};
-  EXPECT_FALSE(scene.step(std::array{kCar}).tracks[0].detected_moving);
-}
-
 TEST(StereoTracker, PropagatesForTenFramesAndEndsInTheNext) {
   TrackerScene scene;
   for (int i = 0; i < 4; ++i) {

@@ -8,6 +8,17 @@
 namespace kinetrace::tracking {
 namespace {
 
+TEST(StereoTracker, SaysWhetherItsDetectionMovesAndNothingWithoutOne) {
+  TrackerScene scene;
+  const Shape car{.x = 100.0, .y = 100.0};
+  for (const bool moving : {false, true, true, false, true}) {
+    scene.moving = moving;
+    EXPECT_EQ(scene.step(std::array{car}).tracks[0].detected_moving, moving);
+  }
+  scene.detected = {false};
+  EXPECT_FALSE(scene.step(std::array{car}).tracks[0].detected_moving);
+}
+
 TEST(StereoTracker, KeepsTheIdOfAnOncomingObjectThatGrowsTenPercentAFrame) {
   TrackerScene scene;
   scene.feature_noise_px = 0.3;
