@@ -3,7 +3,6 @@
 #include <array>
 #include <tuple>
 
-#include "expectations.hpp"
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 namespace kinetrace::tracking {
