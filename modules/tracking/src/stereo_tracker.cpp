@@ -193,7 +193,7 @@ void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) 
 
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
   ++instance.matched_frames;
-  instance.tentative_missed.reset();
+  instance.missed_searched.reset();
   instance.missed_in_sight.reset();
   instance.votes.add(detection.class_id);
   instance.track.class_id = instance.votes.winner();
@@ -230,8 +230,8 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
   LifeEvidence evidence;
   evidence.has_prediction = !instance.tentative() && instance.prediction.known;
   evidence.in_plain_sight = !evidence.has_prediction || !is_out_of_view(instance);
-  if (instance.tentative() && was_looked_for) {
-    instance.tentative_missed.add_frame(interval_ns_);
+  if (was_looked_for) {
+    instance.missed_searched.add_frame(interval_ns_);
   }
   if (evidence.in_plain_sight) {
     instance.missed_in_sight.add_frame(interval_ns_);
@@ -239,7 +239,7 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
   evidence.vanished = instance.predicted_px < config_.min_area_px;
   evidence.missed = instance.missed.exceeds(limits_.missed_ns);
   evidence.missed_in_sight = instance.missed_in_sight.exceeds(limits_.missed_ns);
-  evidence.missed_tentative = instance.tentative_missed.exceeds(limits_.tentative_missed_ns);
+  evidence.missed_tentative = instance.missed_searched.exceeds(limits_.tentative_missed_ns);
   evidence.coasted_too_long = instance.missed.exceeds(limits_.unseen_ns + limits_.missed_ns);
   advance(instance, evidence);
 }
@@ -306,13 +306,13 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
       instance.track.area_px = detection.area_px;
       continue;
     }
-    if (instance.missed.exceeds(limits_.missed_ns)) {
-      // It waits for re-detection; its prediction is too uncertain to own pixels.
-      instance.track.box_px = {};
-      instance.track.area_px = 0;
-      continue;
+    LabelRegion shown;  // None while it waits for re-detection.
+    if (instance.missed_searched.exceeds(kMaxFeatureGap_ns)) {
+      // Less than half of the masks predicted for longer lie on their object (simulated streets, network's masks).
+      shown.box_px = instance.missed.exceeds(limits_.missed_ns) ? PixelBox{} : instance.overlap.box_px;
+    } else if (!instance.missed.exceeds(limits_.missed_ns)) {
+      shown = assign_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, left_);
     }
-    const LabelRegion shown = assign_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, left_);
     instance.track.box_px = shown.box_px;
     instance.track.area_px = shown.area_px;
   }
@@ -382,8 +382,8 @@ void StereoTracker::publish() noexcept {
   published_.clear();
   for (TrackInstance& instance : slots_) {
     if (instance.alive()) {
-      const int seen_px = instance.detection >= 0 ? instance.track.area_px : instance.overlap.area_px;
-      const double shown = instance.predicted_px > 0 ? static_cast<double>(seen_px) / instance.predicted_px : 0.0;
+      const double shown =
+          instance.predicted_px > 0 ? static_cast<double>(instance.visible_px()) / instance.predicted_px : 0.0;
       const double both = std::min(shown, instance.right_visible_fraction);
       const double part = instance.track.age_frames == 0 ? 1.0 : both * instance.mask_part_in_image;
       instance.track.visible_part = static_cast<float>(std::min(part, 1.0));

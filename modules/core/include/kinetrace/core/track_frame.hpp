@@ -12,7 +12,7 @@ namespace kinetrace {
 enum class TrackState : std::uint8_t {
   kTentative,   ///< Initiated, not yet confirmed.
   kConfirmed,   ///< Matched to a detection in this frame.
-  kPropagated,  ///< Confirmed earlier, no detection in this frame: mask warped by the flow.
+  kPropagated,  ///< Confirmed earlier, no detection in this frame: mask predicted, or none.
 };
 
 /// One object instance. The left track owns the identity; the right mask is attached to it.
@@ -27,8 +27,8 @@ struct Track {
   std::int64_t age_ns = 0;       ///< Dwell time (see dwell_time.hpp) since birth,
   std::int64_t missed_ns = 0;    ///< ... and without a detection.
   float visible_part = 1.F;      ///< Fraction of the expected mask detected, in the image and unoccluded; both views.
-  PixelBox box_px;               ///< Of the left mask; empty when outside the image.
-  int area_px = 0;               ///< Of the left mask.
+  PixelBox box_px;               ///< Of the left mask, detected or predicted; empty when outside the image.
+  int area_px = 0;               ///< Of the left mask; 0 without one.
 
   [[nodiscard]] std::uint8_t label() const noexcept { return static_cast<std::uint8_t>(slot + 1); }
 };

@@ -16,7 +16,8 @@
 
 namespace kinetrace::tracking {
 
-/// Longest gap between detections that features bridge; after a longer one they lie on the occluder, or on no object.
+/// Longest gap between detections that features and the predicted mask bridge; after a longer one they lie on the
+/// occluder, or on no object.
 inline constexpr std::int64_t kMaxFeatureGap_ns = 100'000'000;
 
 /// An unknown class agrees with every class.
@@ -52,9 +53,9 @@ struct TrackInstance {
   int matched_frames = 0;
   Track track;
   DwellTime age;
-  DwellTime missed;            ///< Without a detection.
-  DwellTime tentative_missed;  ///< Of that, in frames searched for it.
-  DwellTime missed_in_sight;   ///< Of that, where a detection was expected.
+  DwellTime missed;           ///< Without a detection.
+  DwellTime missed_searched;  ///< Of that, in frames searched for it.
+  DwellTime missed_in_sight;  ///< Of that, where a detection was expected.
   std::int64_t matched_timestamp_ns = 0;
   ClassVotes votes;
 
@@ -77,6 +78,8 @@ struct TrackInstance {
 
   [[nodiscard]] bool alive() const noexcept { return is_alive(life); }
   [[nodiscard]] bool tentative() const noexcept { return life == LifeState::kTentative; }
+  /// Detected, or else predicted to be visible.
+  [[nodiscard]] int visible_px() const noexcept { return detection >= 0 ? track.area_px : overlap.area_px; }
 };
 
 }  // namespace kinetrace::tracking
