@@ -33,6 +33,7 @@ FrameResultBuilder::FrameResultBuilder(const PipelineConfig& config, Arena& aren
   newest_objects_ = arena.take<ObjectResult>(objects);
   finalised_objects_ = arena.take<ObjectResult>(objects);
   bodies_ = arena.take<BodyGeometry>(objects + 1);
+  tracks_ = arena.take<Track>(objects);
 }
 
 void FrameResultBuilder::set_newest(const BufferedFrame& frame) {
@@ -57,8 +58,15 @@ void FrameResultBuilder::set_bodies(const sfm::BodyReconstruction& background, s
   result_.bodies = bodies_.first(count);
 }
 
+void FrameResultBuilder::set_tracks(std::span<const Track> tracks, std::span<const ObjectState> objects) {
+  const auto end = std::transform(tracks.begin(), tracks.end(), tracks_.begin(), [objects](Track track) {
+    track.state = objects[track.slot].confirmed() ? track.state : TrackState::kTentative;
+    return track;
+  });
+  result_.tracks = {tracks_.begin(), end};
+}
+
 void FrameResultBuilder::set_frame(const RectifiedPair& pair, const TrackFrame& tracks, const FrameCounters& counters) {
-  result_.tracks = tracks.tracks;
   result_.pair = pair;
   result_.left_labels = tracks.left_labels;
   result_.right_labels = tracks.right_labels;

@@ -16,7 +16,7 @@ namespace kinetrace::pipeline {
 /// Copies confirmed objects, so that buffered ones may still change.
 class FrameResultBuilder {
  public:
-  /// Memory: two rows and one body per object. The arena may turn out exhausted.
+  /// Memory: two rows, a track and one body per object. The arena may turn out exhausted.
   FrameResultBuilder(const PipelineConfig& config, Arena& arena);
 
   void set_newest(const BufferedFrame& frame);
@@ -24,6 +24,8 @@ class FrameResultBuilder {
   void set_finalised(const BufferedFrame* frame);
   void set_bodies(const sfm::BodyReconstruction& background, std::span<const ObjectState> objects);
   void clear_bodies() noexcept { result_.bodies = {}; }
+  /// Before release(): a track is confirmed when its object is.
+  void set_tracks(std::span<const Track> tracks, std::span<const ObjectState> objects);
   void set_frame(const RectifiedPair& pair, const TrackFrame& tracks, const FrameCounters& counters);
   void set_rig(const RigEstimate& rig) { result_.rig = rig; }
   /// After the last frame: no tracks and images.
@@ -35,6 +37,7 @@ class FrameResultBuilder {
   std::span<ObjectResult> newest_objects_;
   std::span<ObjectResult> finalised_objects_;
   std::span<BodyGeometry> bodies_;
+  std::span<Track> tracks_;
   FrameResult result_;
 };
 

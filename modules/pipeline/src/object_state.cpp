@@ -53,6 +53,8 @@ ObjectState::ObjectState(const PipelineConfig& config, const StereoGeometry& geo
       min_points_(config.object.min_inliers),
       min_disparity_px_(config.object.min_disparity_px),
       turn_rate_radps_(config.object.turn_rate_radps),
+      found_by_motion_(segmentation::uses_motion(config.segmentation.mode)),
+      window_frames_(config.background.window_frames),
       geometry_(geometry),
       identity_(objects::MotionFilter(
           {.prior = config.trajectory.motion, .stereo_sigma_px = config.trajectory.stereo_sigma_px}, geometry)),
@@ -215,6 +217,12 @@ bool ObjectState::is_in_view() const {
          uv_px.y() < geometry_.height_px;
 }
 
+// Motion segmentation finds most objects the moment they move, and some background that never does.
+bool ObjectState::is_an_object() const noexcept {
+  const bool is_moving_region = found_by_motion_ && life_.track.class_id == kUnknownClass;
+  return !is_moving_region || life_.detections >= window_frames_ || (motion_.size() > 0 && motion_.at(0).moving);
+}
+
 void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera) {
   const bool is_first = life_.frames++ == 0;
   if (track.missed_frames == 0 && life_.track.missed_ns > tracking::kMaxFeatureGap_ns) {
@@ -229,7 +237,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   path_restarts_ = false;
   life_.track_before = life_.track;
   life_.track = track;
-  life_.confirmed = life_.confirmed || track.state == TrackState::kConfirmed;
+  life_.confirmed = life_.confirmed || (track.state == TrackState::kConfirmed && is_an_object());
   life_.timestamp_ns = timestamp_ns;
   motion_.set_gait(!is_rigid());
   motion_.set_disparity_sigma(camera.disparity_sigma_px);
@@ -237,6 +245,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   measure_visible_fraction(camera);
   if (track.missed_frames == 0) {
     life_.matched_timestamp_ns = life_.timestamp_ns;
+    ++life_.detections;
   }
 }
 

@@ -38,6 +38,7 @@ class ObjectState {
   [[nodiscard]] const Track& track() const noexcept { return life_.track; }
   /// As it was in the previous frame.
   [[nodiscard]] const Track& track_before() const noexcept { return life_.track_before; }
+  /// Its track is confirmed, and it is an object: reported.
   [[nodiscard]] bool confirmed() const noexcept { return life_.confirmed; }
   /// Its position has been known at least once.
   [[nodiscard]] bool has_position() const noexcept { return life_.status != BodyStatus::kInitializing; }
@@ -139,6 +140,7 @@ class ObjectState {
     bool ended = false;
     BodyStatus status = BodyStatus::kInitializing;
     int frames = 0;
+    int detections = 0;
     std::int64_t timestamp_ns = 0;
     std::int64_t matched_timestamp_ns = 0;  ///< When a detection last showed it.
     bool provisional = false;               ///< Detected again after a gap, before stereo has confirmed it.
@@ -188,6 +190,9 @@ class ObjectState {
   }
   /// The centre of its visible part lies in the image, at the end of the last frame.
   [[nodiscard]] bool is_in_view() const;
+  /// Not merely a moving region: that has to be found moving by its path, too, or in as many frames as there are until
+  /// the result of its first one is final.
+  [[nodiscard]] bool is_an_object() const noexcept;
   /// Updates the track and the time since the previous frame.
   void begin_frame(const Track& track, std::int64_t timestamp_ns, const CameraState& camera);
   /// Visible fraction of its recent area: an occluder need not be a tracked object.
@@ -274,6 +279,8 @@ class ObjectState {
   int min_points_;
   double min_disparity_px_;
   double turn_rate_radps_;
+  bool found_by_motion_;  ///< Detections without a class are moving regions.
+  int window_frames_;     ///< Until a frame's result is final.
   StereoGeometry geometry_;
   Identity identity_;
   Life life_;

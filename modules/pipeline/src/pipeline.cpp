@@ -338,8 +338,9 @@ void Pipeline::Impl::conclude(const RectifiedPair& pair, const TrackFrame& track
   output.set_newest(results.newest());
   output.set_finalised(results.finalise());
   output.set_bodies(camera.background(), objects.slots());
+  output.set_tracks(tracker.tracks(), objects.slots());
   objects.release();
-  output.set_frame(pair, {tracks.left_labels, tracks.right_labels, tracker.tracks(), tracks.ended}, counters());
+  output.set_frame(pair, tracks, counters());
   output.set_rig(rig.estimate());
   reject_outliers();
 }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "frame_result_builder.hpp"
 #include "object_state_fixture.hpp"
 
 namespace kinetrace::pipeline {
@@ -299,6 +300,47 @@ TEST_P(WalkerTest, IsAtRestWhereItStands) {
 
 // Of a person the outline is measured: two features suffice, that tell how far away it is.
 INSTANTIATE_TEST_SUITE_P(Features, WalkerTest, ::testing::Values(2, 6));
+
+class MovingRegionTest : public ObjectStateTest {
+ protected:
+  /// Frames until a track of this class and velocity is an object; 100 if it never is.
+  int frames_to_confirm(segmentation::SegmentationMode mode, std::uint16_t class_id,
+                        const Eigen::Vector3d& velocity_mps) {
+    config_.segmentation.mode = mode;
+    Arena arena(ObjectState::required_bytes(config_) + 100'000);
+    ObjectState region = ObjectState::create(config_, geometry_, arena).value();
+    FrameResultBuilder output(config_, arena);
+    for (int frame = 1; frame < 100; ++frame) {
+      const std::vector<Feature> features =
+          front(Eigen::Vector3d(0.3, 0.2, 12.0) + 1e-9 * kFrame_ns * frame * velocity_mps);
+      Track seen = track(box_of(features));
+      seen.class_id = class_id;
+      if (frame == 1) {
+        region.begin(seen);
+      }
+      observe(region, seen, features);
+      output.set_tracks({&seen, 1}, {&region, 1});
+      EXPECT_EQ(output.result().tracks[0].state == TrackState::kConfirmed, region.confirmed());
+      if (region.confirmed()) {
+        return frame;
+      }
+    }
+    return 100;
+  }
+};
+
+TEST_F(MovingRegionTest, IsAnObjectOnceItMovesOrOutlastsTheWindow) {
+  using segmentation::SegmentationMode;
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d sideways_mps{4.0, 0.0, 0.0};
+  const int window = config_.background.window_frames;
+  for (const SegmentationMode mode : {SegmentationMode::kMotion, SegmentationMode::kAuto}) {
+    EXPECT_EQ(frames_to_confirm(mode, kUnknownClass, none), window + 1) << "with the final result of its first frame";
+    EXPECT_LE(frames_to_confirm(mode, kUnknownClass, sideways_mps), window - 2);
+    EXPECT_EQ(frames_to_confirm(mode, kVehicleClass, none), 1);
+  }
+  EXPECT_EQ(frames_to_confirm(SegmentationMode::kMasks, kUnknownClass, none), 1);
+}
 
 }  // namespace
 }  // namespace kinetrace::pipeline
