@@ -110,7 +110,8 @@ std::vector<Feature> features_on_mask(const Motion& motion_px) {
     f.id = static_cast<std::uint32_t>(i + 1);
     f.age_frames = 3;
     f.body = 1;
-    f.previous_left_px = {120.F + 8.F * static_cast<float>(i % 8), 90.F + 9.F * static_cast<float>(i / 8)};
+    const std::size_t row = i / 8;
+    f.previous_left_px = {120.F + 8.F * static_cast<float>(i % 8), 90.F + 9.F * static_cast<float>(row)};
     f.left_px = f.previous_left_px + motion_px(i);
   }
   return features;
