@@ -64,7 +64,7 @@ struct FeatureFrontEnd::State {
   void share_matching(std::span<const std::uint16_t> in_slots, std::span<const FeaturePrediction> by_slot) noexcept;
   void count_matches(std::span<const std::uint16_t> in_slots) noexcept;
   /// Creates features, with their right matches.
-  void create_features(LabelView labels) noexcept;
+  void create_features(LabelView labels, const PredictedMasks& predicted_masks) noexcept;
   [[nodiscard]] FeatureFrame publish() noexcept;
 };
 
@@ -150,7 +150,7 @@ std::size_t FeatureFrontEnd::count_corners() noexcept {
   return state_->population.count_corners(state_->current().level(0), state_->workers);
 }
 
-Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels) {
+Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels, const PredictedMasks& predicted_masks) {
   if (state_->step != Step::kNeedsReplenish) {
     return fail(ErrorCode::kIllegalState, "features: replenish needs track before it");
   }
@@ -162,7 +162,7 @@ Result<FeatureFrame> FeatureFrontEnd::replenish(LabelView left_labels) {
   state_->population.reconcile_with(left_labels, state_->slots, state_->counters);
   state_->population.thin_out(state_->slots, state_->counters);
   state_->population.mask_patches(left_labels, state_->slots, state_->workers);
-  state_->create_features(left_labels);
+  state_->create_features(left_labels, predicted_masks);
   state_->step = Step::kNeedsFrame;
   return state_->publish();
 }
@@ -324,9 +324,9 @@ void FeatureFrontEnd::State::count_matches(std::span<const std::uint16_t> in_slo
       in_slots.begin(), in_slots.end(), [this](std::uint16_t slot) { return slots[slot].feature.has_right(); }));
 }
 
-void FeatureFrontEnd::State::create_features(LabelView labels) noexcept {
+void FeatureFrontEnd::State::create_features(LabelView labels, const PredictedMasks& predicted_masks) noexcept {
   const std::span<const std::uint16_t> created =
-      population.create(current().level(0), labels, slots, counters, workers);
+      population.create(current().level(0), labels, predicted_masks, slots, counters, workers);
   // No predictions for new features.
   share_matching(created, {});
   count_matches(created);

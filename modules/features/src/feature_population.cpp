@@ -116,6 +116,7 @@ void FeaturePopulation::mask_patches(LabelView labels, std::span<FeatureSlot> sl
 }
 
 std::span<const std::uint16_t> FeaturePopulation::create(const Plane& image, LabelView labels,
+                                                         const FeatureFrontEnd::PredictedMasks& predicted_masks,
                                                          std::span<FeatureSlot> slots, FeatureCounters& counters,
                                                          Workers* workers) noexcept {
   const std::span<const Corner> corners = corner_finder_.find(image, labels, occupancy_, workers);
@@ -126,7 +127,8 @@ std::span<const std::uint16_t> FeaturePopulation::create(const Plane& image, Lab
     if (occupancy_.near(corner.x, corner.y)) {
       continue;  // Too close to a new corner across the border of the bucket.
     }
-    if (!fit_for_body(labels, {corner.x, corner.y}, corner.body, population[corner.body])) {
+    if (predicted_masks[corner.body] ||
+        !fit_for_body(labels, {corner.x, corner.y}, corner.body, population[corner.body])) {
       continue;
     }
     free_slot = std::find_if(free_slot, slots.end(), [](const FeatureSlot& s) { return s.state == SlotState::kFree; });

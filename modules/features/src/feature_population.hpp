@@ -36,6 +36,7 @@ class FeaturePopulation {
   /// After thin_out(): creates features in free slots, without their right matches. Returns their slots, valid until
   /// the next call of any function here.
   [[nodiscard]] std::span<const std::uint16_t> create(const Plane& image, LabelView labels,
+                                                      const FeatureFrontEnd::PredictedMasks& predicted_masks,
                                                       std::span<FeatureSlot> slots, FeatureCounters& counters,
                                                       Workers* workers) noexcept;
 

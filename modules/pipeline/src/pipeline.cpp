@@ -22,6 +22,17 @@
 namespace kinetrace::pipeline {
 namespace {
 
+constexpr std::int64_t kTrustedPrediction_ns = 200'000'000;  // Masks predicted for longer are unreliable.
+
+/// Masks predicted for long: features in them may belong to another object.
+features::FeatureFrontEnd::PredictedMasks predicted_masks(const TrackFrame& tracks) {
+  features::FeatureFrontEnd::PredictedMasks predicted;
+  for (const Track& track : tracks.tracks) {
+    predicted[track.label()] = track.missed_ns > kTrustedPrediction_ns;
+  }
+  return predicted;
+}
+
 /// Motion of the camera since the previous frame.
 struct EgoMotion {
   Se3 T_prev_cam;
@@ -260,7 +271,7 @@ Result<TrackFrame> Pipeline::Impl::track_objects(const DetectionFrame& detection
 
 Result<FeatureFrame> Pipeline::Impl::replenish(const TrackFrame& tracks, StageObserver* observer) {
   const StageScope stage(observer, Stage::kReplenish);
-  Result<FeatureFrame> frame = front_end.replenish(tracks.left_labels);
+  Result<FeatureFrame> frame = front_end.replenish(tracks.left_labels, predicted_masks(tracks));
   if (frame) {
     previous_features = frame->features;
   }

@@ -128,7 +128,7 @@ void StereoTracker::prune_to_capacity() noexcept {
   // The longest undetected first, then the smallest.
   const auto goes_before = [](const TrackInstance& a, const TrackInstance& b) {
     const auto rank = [](const TrackInstance& instance) {
-      return std::tuple(!instance.alive(), -instance.track.missed_frames, instance.visible_px());
+      return std::tuple(!instance.alive(), -instance.track.missed_frames, instance.track.area_px);
     };
     return rank(a) < rank(b);
   };
@@ -145,7 +145,7 @@ void StereoTracker::evict_track(int for_area_px) noexcept {
   };
   for (TrackInstance& instance : slots_) {
     const bool is_new = instance.track.age_frames == 0;
-    if (instance.alive() && !is_new && (smallest == nullptr || instance.visible_px() < smallest->visible_px())) {
+    if (instance.alive() && !is_new && (smallest == nullptr || instance.track.area_px < smallest->track.area_px)) {
       smallest = &instance;
     }
     if (!instance.alive() || instance.detection >= 0 ||
@@ -156,7 +156,7 @@ void StereoTracker::evict_track(int for_area_px) noexcept {
       victim = &instance;
     }
   }
-  if (victim == nullptr && smallest != nullptr && for_area_px > 2 * smallest->visible_px()) {
+  if (victim == nullptr && smallest != nullptr && for_area_px > 2 * smallest->track.area_px) {
     victim = smallest;
   }
   if (victim != nullptr) {

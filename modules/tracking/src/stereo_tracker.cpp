@@ -204,6 +204,7 @@ void StereoTracker::accept_match(TrackInstance& instance, const Detection& detec
   instance.matched_timestamp_ns = timestamp_ns_;
   instance.missed.reset();
   instance.track.missed_ns = 0;
+  instance.track.missed_searched_ns = 0;
   instance.track.missed_frames = 0;
 }
 
@@ -233,6 +234,7 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
   if (was_looked_for) {
     instance.missed_searched.add_frame(interval_ns_);
   }
+  instance.track.missed_searched_ns = instance.missed_searched.ns();
   if (evidence.in_plain_sight) {
     instance.missed_in_sight.add_frame(interval_ns_);
   }
@@ -306,13 +308,13 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
       instance.track.area_px = detection.area_px;
       continue;
     }
-    LabelRegion shown;  // None while it waits for re-detection.
-    if (instance.missed_searched.exceeds(kMaxFeatureGap_ns)) {
-      // Less than half of the masks predicted for longer lie on their object (simulated streets, network's masks).
-      shown.box_px = instance.missed.exceeds(limits_.missed_ns) ? PixelBox{} : instance.overlap.box_px;
-    } else if (!instance.missed.exceeds(limits_.missed_ns)) {
-      shown = assign_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, left_);
+    if (instance.missed.exceeds(limits_.missed_ns)) {
+      // It waits for re-detection; its prediction is too uncertain to own pixels.
+      instance.track.box_px = {};
+      instance.track.area_px = 0;
+      continue;
     }
+    const LabelRegion shown = assign_free_pixels(prediction_, instance.track.label(), instance.overlap.box_px, left_);
     instance.track.box_px = shown.box_px;
     instance.track.area_px = shown.area_px;
   }
@@ -382,8 +384,8 @@ void StereoTracker::publish() noexcept {
   published_.clear();
   for (TrackInstance& instance : slots_) {
     if (instance.alive()) {
-      const double shown =
-          instance.predicted_px > 0 ? static_cast<double>(instance.visible_px()) / instance.predicted_px : 0.0;
+      const int seen_px = instance.detection >= 0 ? instance.track.area_px : instance.overlap.area_px;
+      const double shown = instance.predicted_px > 0 ? static_cast<double>(seen_px) / instance.predicted_px : 0.0;
       const double both = std::min(shown, instance.right_visible_fraction);
       const double part = instance.track.age_frames == 0 ? 1.0 : both * instance.mask_part_in_image;
       instance.track.visible_part = static_cast<float>(std::min(part, 1.0));

@@ -334,7 +334,7 @@ TEST(ProximityPair, WhatWasSeenBeforeItsDirectionWasKnownGoesWithIt) {
     scene.object_predictions.clear();
     scene.step(std::array{kPerson});
   }
-  scene.available = false;
+  scene.detected = {false};
   for (int i = 1; i <= 4; ++i) {
     const Shape there = moved(kPerson, 20.0 * i);
     scene.object_predictions = {

@@ -60,9 +60,7 @@ TEST(StereoTracker, PropagatesForTenFramesAndEndsInTheNext) {
     ASSERT_EQ(frame.tracks.size(), 1U) << missed;
     EXPECT_EQ(frame.tracks[0].state, TrackState::kPropagated);
     EXPECT_EQ(frame.tracks[0].missed_frames, missed);
-    EXPECT_EQ(scene.left_iou(frame.tracks[0], 0) >= 0.9, missed <= 1) << missed;
-    EXPECT_EQ(frame.tracks[0].area_px > 0, missed <= 1) << missed;
-    EXPECT_FALSE(frame.tracks[0].box_px.empty()) << missed;
+    EXPECT_GE(scene.left_iou(frame.tracks[0], 0), 0.9) << missed;
   }
   const TrackFrame& last = scene.step(std::array{shifted(kCar, 75.0)});
   EXPECT_TRUE(last.tracks.empty());
@@ -236,14 +234,13 @@ TEST(StereoTracker, WaitsWhereItShouldBeInViewButClaimsNoPixels) {
   TrackerScene scene;
   miss_in_view(scene, kMissedFrames);
   ASSERT_EQ(scene.frame().tracks.size(), 1U);
-  EXPECT_FALSE(scene.frame().tracks[0].box_px.empty()) << "still predicted";
+  EXPECT_GT(scene.frame().tracks[0].area_px, 0) << "still shows its prediction";
   for (int missed = kMissedFrames + 1; missed <= kMissedFrames + kUnseenFrames; ++missed) {
     const TrackFrame& frame = scene.step(std::array{kCar});
     ASSERT_EQ(frame.tracks.size(), 1U) << missed;
     EXPECT_EQ(frame.tracks[0].id, 1U);
     EXPECT_EQ(frame.tracks[0].missed_frames, missed);
     EXPECT_EQ(frame.tracks[0].area_px, 0) << missed;
-    EXPECT_TRUE(frame.tracks[0].box_px.empty()) << missed;
     ASSERT_EQ(area_of(frame.left_labels, kBackgroundLabel), kWidth * kHeight) << missed;
   }
   const TrackFrame& last = scene.step(std::array{kCar});
@@ -271,7 +268,7 @@ std::pair<double, double> waits_s(std::int64_t interval_ns) {
 TEST(StereoTracker, WaitsAsManySecondsAtEveryRate) {
   for (const int rate_hz : {5, 10, 30}) {
     const auto [shown_s, alive_s] = waits_s(1'000'000'000 / rate_hz);
-    EXPECT_NEAR(shown_s, 0.1, 0.5 / rate_hz + 1e-3) << rate_hz << " Hz";
+    EXPECT_NEAR(shown_s, 1.0, 1e-3) << rate_hz << " Hz";
     EXPECT_NEAR(alive_s, 8.5, 0.5 / rate_hz + 1e-3) << rate_hz << " Hz";
   }
 }

@@ -34,12 +34,12 @@ TEST(StereoTracker, KeepsTheIdOfAnOncomingObjectThatGrowsTenPercentAFrame) {
   EXPECT_EQ(scene.tracker().counters().born, 1U);
 }
 
-TEST(StereoTracker, BridgesFramesWithoutDetectionsOfAGrowingObject) {
+TEST(StereoTracker, BridgesMissedDetectionsOfAGrowingObject) {
   TrackerScene scene;
   scene.feature_noise_px = 0.3;
   Shape car{.x = 200.0, .y = 110.0, .half_width = 20.0, .half_height = 14.0, .ellipse = true};
   for (int i = 0; i < 10; ++i) {
-    scene.available = i < 4;
+    scene.detected = {i < 4};
     scene.step(std::array{car});
     ASSERT_EQ(scene.frame().tracks.size(), 1U);
     EXPECT_GE(scene.left_iou(scene.frame().tracks[0], 0), 0.9) << "frame " << i;
@@ -52,11 +52,11 @@ TEST(StereoTracker, BridgesFramesWithoutDetectionsOfAGrowingObject) {
   EXPECT_EQ(scene.frame().tracks[0].state, TrackState::kPropagated);
 }
 
-TEST(StereoTracker, BridgesFramesWithoutDetectionsByTwoFeatures) {
+TEST(StereoTracker, BridgesMissedDetectionsWithTwoFeatures) {
   TrackerScene scene({}, 2);
   Shape car{.x = 200.0, .y = 110.0, .half_width = 40.0, .half_height = 30.0};
   for (int i = 0; i < 9; ++i) {
-    scene.available = i < 4;
+    scene.detected = {i < 4};
     scene.step(std::array{car});
     ASSERT_EQ(scene.frame().tracks.size(), 1U);
     EXPECT_GE(scene.left_iou(scene.frame().tracks[0], 0), 0.9) << "frame " << i;
@@ -64,11 +64,11 @@ TEST(StereoTracker, BridgesFramesWithoutDetectionsByTwoFeatures) {
   }
 }
 
-TEST(StereoTracker, BridgesFramesWithoutDetectionsByTheLastMotionWithoutFeatures) {
+TEST(StereoTracker, BridgesMissedDetectionsByTheLastMotionWithoutFeatures) {
   TrackerScene scene({}, 0);
   Shape car{.x = 100.0, .y = 110.0, .half_width = 40.0, .half_height = 30.0};
   for (int i = 0; i < 11; ++i) {
-    scene.available = i < 6;
+    scene.detected = {i < 6};
     scene.step(std::array{car});
     ASSERT_EQ(scene.frame().tracks.size(), 1U);
     EXPECT_EQ(scene.frame().tracks[0].id, 1U);

@@ -1,6 +1,7 @@
 // Correspondences of a stereo video: corners per body, tracked left -> next left, matched left -> right.
 #pragma once
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -86,10 +87,13 @@ class FeatureFrontEnd {
   /// without a feature. Takes as long as detection.
   [[nodiscard]] std::size_t count_corners() noexcept;
 
+  /// Labels of bodies with predicted masks: existing features stay, but no new ones are detected.
+  using PredictedMasks = std::bitset<256>;
+
   /// Reconciles features with the masks and detects new ones in free buckets. Empty `left_labels`: all is background.
   /// The result holds all live features, in ascending slot. Errors: kIllegalState without `track`, kInvalidArgument
   /// when the size of the labels differs.
-  [[nodiscard]] Result<FeatureFrame> replenish(LabelView left_labels);
+  [[nodiscard]] Result<FeatureFrame> replenish(LabelView left_labels, const PredictedMasks& predicted = {});
 
   /// Marks outliers by slot; their features end at the next `track`. Slots not alive are ignored.
   void reject(std::span<const std::uint16_t> slots) noexcept;

@@ -12,8 +12,8 @@ struct KINETRACE_API TrackerConfig {
   /// Matched frames, the first included, that confirm a track. A count, not a time: each detection adds evidence, the
   /// age of a false alarm does not.
   int confirm_frames = 3;
-  double max_missed_s = 1.0;  ///< A track without a detection coasts for this time; without a predicted position it
-                              ///< ends then.
+  double max_missed_s = 1.0;  ///< A track without a detection coasts, with its mask, for this time; without a predicted
+                              ///< position it ends then.
   double max_unseen_s = 7.5;  ///< A track with a predicted position waits this much longer for re-detection.
   double max_tentative_missed_s = 0.1;  ///< The same for a tentative track, in frames searched for it.
   int min_area_px = 64;                 ///< Smaller detections initiate no track; smaller tracks end.

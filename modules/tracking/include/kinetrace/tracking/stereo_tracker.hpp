@@ -65,8 +65,8 @@ struct TrackerCounters {
 /// next frame, a track ends: one that is tentative and unmatched, or else has been propagated for more than half of
 /// `max_missed_s`, or else the smallest, if the detection is more than twice its size.
 ///
-/// Pixels: a matched track owns its detection; an unmatched one the pixels of its prediction that no other track owns,
-/// until it has been searched for without success for kMaxFeatureGap_ns. Detected pixels of no track are kIgnoreLabel.
+/// Pixels: a matched track owns its detection; an unmatched one, for `max_missed_s`, the pixels of its prediction that
+/// no other track owns. Detected pixels of no track are kIgnoreLabel.
 ///
 /// Memory: 3 label images and max_objects + 1 bit images. Nothing is allocated after creation.
 class StereoTracker {

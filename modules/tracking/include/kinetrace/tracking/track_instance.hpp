@@ -16,8 +16,7 @@
 
 namespace kinetrace::tracking {
 
-/// Longest gap between detections that features and the predicted mask bridge; after a longer one they lie on the
-/// occluder, or on no object.
+/// Longest gap between detections that features bridge; after a longer one they lie on the occluder, or on no object.
 inline constexpr std::int64_t kMaxFeatureGap_ns = 100'000'000;
 
 /// An unknown class agrees with every class.
@@ -78,8 +77,6 @@ struct TrackInstance {
 
   [[nodiscard]] bool alive() const noexcept { return is_alive(life); }
   [[nodiscard]] bool tentative() const noexcept { return life == LifeState::kTentative; }
-  /// Detected, or else predicted to be visible.
-  [[nodiscard]] int visible_px() const noexcept { return detection >= 0 ? track.area_px : overlap.area_px; }
 };
 
 }  // namespace kinetrace::tracking
