@@ -140,7 +140,7 @@ class ObjectState {
     bool ended = false;
     BodyStatus status = BodyStatus::kInitializing;
     int frames = 0;
-    int detections = 0;
+    int detections = 0;  ///< Frames with one.
     std::int64_t timestamp_ns = 0;
     std::int64_t matched_timestamp_ns = 0;  ///< When a detection last showed it.
     bool provisional = false;               ///< Detected again after a gap, before stereo has confirmed it.

@@ -7,12 +7,6 @@
 #include "kinetrace/imaging/mask_rle.hpp"
 
 namespace kinetrace::recording {
-namespace {
-
-/// An object that was searched for without success for longer is mostly not where its mask is predicted.
-constexpr std::int64_t kMaxPredictedMask_ns = 100'000'000;
-
-}  // namespace
 
 std::int64_t mots_object_id(std::uint16_t class_id, std::uint32_t track_id) noexcept {
   return track_id < kMotsIdsPerClass ? class_id * kMotsIdsPerClass + track_id : kMotsLargeIds + track_id;
@@ -27,8 +21,7 @@ int MotsRows::append(const FrameResult& result, BufferedWriter& out) noexcept {
   int written = 0;
   const LabelView labels = result.left_labels;
   for (const Track& track : result.tracks) {
-    if (labels.empty() || track.missed_searched_ns > kMaxPredictedMask_ns ||
-        !imaging::has_label(labels, track.box_px, track.label())) {
+    if (labels.empty() || track.mask_lost || !imaging::has_label(labels, track.box_px, track.label())) {
       continue;
     }
     const State state = track.state == TrackState::kTentative ? State::kTentative : State::kConfirmed;

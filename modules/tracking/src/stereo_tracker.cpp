@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "expectations.hpp"
 
@@ -194,6 +195,7 @@ void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) 
 void StereoTracker::accept_match(TrackInstance& instance, const Detection& detection) noexcept {
   ++instance.matched_frames;
   instance.missed_searched.reset();
+  instance.earlier_misses += std::exchange(instance.misses, 0);
   instance.missed_in_sight.reset();
   instance.votes.add(detection.class_id);
   instance.track.class_id = instance.votes.winner();
@@ -204,7 +206,7 @@ void StereoTracker::accept_match(TrackInstance& instance, const Detection& detec
   instance.matched_timestamp_ns = timestamp_ns_;
   instance.missed.reset();
   instance.track.missed_ns = 0;
-  instance.track.missed_searched_ns = 0;
+  instance.track.mask_lost = false;
   instance.track.missed_frames = 0;
 }
 
@@ -233,8 +235,9 @@ void StereoTracker::accept_miss(TrackInstance& instance, bool was_looked_for) no
   evidence.in_plain_sight = !evidence.has_prediction || !is_out_of_view(instance);
   if (was_looked_for) {
     instance.missed_searched.add_frame(interval_ns_);
+    ++instance.misses;
   }
-  instance.track.missed_searched_ns = instance.missed_searched.ns();
+  instance.track.mask_lost = instance.is_mask_lost();
   if (evidence.in_plain_sight) {
     instance.missed_in_sight.add_frame(interval_ns_);
   }

@@ -313,12 +313,10 @@ TEST_F(MotsRowsTest, ConfirmedTracksHaveThoseOfTheirTentativeFramesInTheOrderOfF
   EXPECT_EQ(heads(), "0 1;0 2;0 3;1 2;1 3;2 2;");
 }
 
-TEST_F(MotsRowsTest, TracksSearchedForInVainHaveNoneAfterATenthOfASecond) {
+TEST_F(MotsRowsTest, LostMasksHaveNone) {
   Track predicted = track(1, TrackState::kPropagated);
-  predicted.missed_ns = 500'000'000;
-  predicted.missed_searched_ns = 50'000'000;
-  EXPECT_EQ(append({&predicted, 1}), 1) << "most frames had no detections";
-  predicted.missed_searched_ns = 150'000'000;
+  EXPECT_EQ(append({&predicted, 1}), 1);
+  predicted.mask_lost = true;
   EXPECT_EQ(append({&predicted, 1}), 0);
 }
 

@@ -21,15 +21,15 @@ struct Track {
   std::uint8_t slot = 0;  ///< In [0, max_objects), reused after the track has ended. Its mask label is slot + 1.
   std::uint16_t class_id = 0;
   TrackState state = TrackState::kTentative;
-  bool detected_moving = false;         ///< By its detection in this frame, see Detection::moving.
-  int age_frames = 0;                   ///< Frames since birth.
-  int missed_frames = 0;                ///< Frames since the last matched detection.
-  std::int64_t age_ns = 0;              ///< Dwell time (see dwell_time.hpp) since birth,
-  std::int64_t missed_ns = 0;           ///< ... and without a detection,
-  std::int64_t missed_searched_ns = 0;  ///< ... of that, in frames searched for it.
-  float visible_part = 1.F;  ///< Fraction of the expected mask detected, in the image and unoccluded; both views.
-  PixelBox box_px;           ///< Of the left mask; empty when outside the image.
-  int area_px = 0;           ///< Of the left mask.
+  bool detected_moving = false;  ///< By its detection in this frame, see Detection::moving.
+  bool mask_lost = false;   ///< Its predicted mask most likely lies beside it: missed for longer than chance explains.
+  int age_frames = 0;       ///< Frames since birth.
+  int missed_frames = 0;    ///< Frames since the last matched detection.
+  std::int64_t age_ns = 0;  ///< Dwell time (see dwell_time.hpp) since birth,
+  std::int64_t missed_ns = 0;  ///< ... and without a detection.
+  float visible_part = 1.F;    ///< Fraction of the expected mask detected, in the image and unoccluded; both views.
+  PixelBox box_px;             ///< Of the left mask; empty when outside the image.
+  int area_px = 0;             ///< Of the left mask.
 
   [[nodiscard]] std::uint8_t label() const noexcept { return static_cast<std::uint8_t>(slot + 1); }
 };

@@ -50,6 +50,8 @@ struct TrackInstance {
   LifeState life = LifeState::kFree;
   bool terminated = false;  ///< Has switched to another object: ends with the next frame.
   int matched_frames = 0;
+  int misses = 0;          ///< Frames searched for it without success since its last detection,
+  int earlier_misses = 0;  ///< ... and before.
   Track track;
   DwellTime age;
   DwellTime missed;           ///< Without a detection.
@@ -76,6 +78,9 @@ struct TrackInstance {
   PixelBox right_region_px;             ///< Of the left mask mapped to the right image: its visible extent.
 
   [[nodiscard]] bool alive() const noexcept { return is_alive(life); }
+  /// Searched for without success for longer than features bridge, and in more frames than chance explains, given how
+  /// reliably it was detected before.
+  [[nodiscard]] bool is_mask_lost() const noexcept;
   [[nodiscard]] bool tentative() const noexcept { return life == LifeState::kTentative; }
 };
 
