@@ -79,6 +79,32 @@ TEST(StereoTracker, BridgesMissedDetectionsByTheLastMotionWithoutFeatures) {
   }
 }
 
+/// Frames until the predicted mask of a car counts as lost, after 20 frames of which every `nth` has no detection.
+int frames_to_lose_its_mask(int nth) {
+  constexpr Shape kCar{.x = 100.0, .y = 100.0};
+  TrackerScene scene;
+  for (int i = 1; i <= 20; ++i) {
+    scene.detected = {i % nth != 0};
+    scene.step(std::array{kCar});
+  }
+  scene.detected = {true};
+  EXPECT_FALSE(scene.step(std::array{kCar}).tracks[0].mask_lost);
+  scene.available = false;
+  EXPECT_FALSE(scene.step(std::array{kCar}).tracks[0].mask_lost) << "it was not searched for";
+  scene.available = true;
+  scene.detected = {false};
+  int frames = 1;
+  while (!scene.step(std::array{kCar}).tracks[0].mask_lost && frames < 10) {
+    ++frames;
+  }
+  return frames;
+}
+
+TEST(StereoTracker, LosesTheMaskOfAReliablyDetectedObjectSooner) {
+  EXPECT_EQ(frames_to_lose_its_mask(100), 2);
+  EXPECT_EQ(frames_to_lose_its_mask(2), 5) << "half of its frames had no detection";
+}
+
 TEST(StereoTracker, BridgesThemAsItsPredictionsWentOnceThereIsNone) {
   TrackerScene scene({}, 0);
   Shape car{.x = 200.0, .y = 100.0};
