@@ -50,8 +50,6 @@ struct TrackInstance {
   LifeState life = LifeState::kFree;
   bool terminated = false;  ///< Has switched to another object: ends with the next frame.
   int matched_frames = 0;
-  int misses = 0;          ///< Frames searched for it without success since its last detection,
-  int earlier_misses = 0;  ///< ... and before.
   Track track;
   DwellTime age;
   DwellTime missed;           ///< Without a detection.
@@ -68,6 +66,8 @@ struct TrackInstance {
   bool motion_from_flow = false;               ///< `motion` comes from features of this frame.
   DisparityPlane disparity;                    ///< Last known.
   double mask_part_in_image = 1.0;             ///< Of the predicted mask.
+  int misses = 0;                              ///< Frames searched for it without success since its last detection,
+  int earlier_misses = 0;                      ///< ... and before.
   int predicted_px = 0;                        ///< Pixels of the predicted mask in the image, occluded ones included.
   std::array<int, 256> whole_mask_on_label{};  ///< Pixels of the whole predicted mask, by the label of the detection.
   std::uint64_t occluder_slots = 0;            ///< Bit s: the track in slot s was observed to occlude this one.
