@@ -8,11 +8,11 @@ import torch
 from onnx import numpy_helper
 from torch import Tensor, nn
 
-from network import Network
+from network import CHANNELS, Network
 
 
 def adopt(network: Network, model: pathlib.Path, pictures: list[Tensor]) -> None:
-    """Sets `network` to the weights of an ONNX file written by export(); normalisations get the statistics of `pictures` [B, 1, H, W].
+    """Sets `network` to the weights of an ONNX file written by export(); normalisations get the statistics of `pictures` [B, 2, H, W].
 
     In the file, every normalisation is folded into the convolution before it. Here it is separated again: its mean and
     variance are those of the convolution's output on the pictures, and its scale and offset cancel them, so that the
@@ -22,6 +22,7 @@ def adopt(network: Network, model: pathlib.Path, pictures: list[Tensor]) -> None
     graph = onnx.load(str(model)).graph
     weights = {weight.name: numpy_helper.to_array(weight) for weight in graph.initializer}
     nodes = [node for node in graph.node if node.op_type == "Conv"]
+    _add_channels(weights, nodes[0].input[1], convolutions[0].weight.shape[1])
     if [weights[node.input[1]].shape for node in nodes] != [tuple(convolution.weight.shape) for convolution in convolutions]:
         raise ValueError(f"{model} is not a model of this network; train without --from")
     normalisations = _normalisations(network)
@@ -36,6 +37,12 @@ def adopt(network: Network, model: pathlib.Path, pictures: list[Tensor]) -> None
         for convolution, (mean, variance) in _output_statistics(network, list(normalisations), pictures).items():
             normalisation = normalisations[convolution]
             _set(normalisation, mean, variance, normalisation.bias + mean)
+
+
+def _add_channels(weights: dict[str, np.ndarray], first: str, channels: int) -> None:
+    """Gives the first convolution of a network without disparities zero weights for them."""
+    missing = max(0, channels - weights[first].shape[1])
+    weights[first] = np.pad(weights[first], ((0, 0), (0, missing), (0, 0), (0, 0)))
 
 
 def _set(normalisation: nn.BatchNorm2d, mean: Tensor, variance: Tensor, bias: Tensor) -> None:
@@ -53,7 +60,7 @@ def _in_order_of_use(network: Network) -> list[nn.Conv2d]:
                for module in network.modules() if isinstance(module, nn.Conv2d)]
     was_training = network.training
     with torch.no_grad():
-        network.eval()(torch.zeros(1, 1, 64, 64))
+        network.eval()(torch.zeros(1, CHANNELS, 64, 64))
     network.train(was_training)
     for handle in handles:
         handle.remove()

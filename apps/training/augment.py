@@ -4,8 +4,12 @@ Rendered worlds are all similar; varying everything else makes the network learn
 randomization", 2017). Instances are pasted between pictures (Ghiasi et al., "Simple copy-paste", 2021).
 """
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
+
+import stereo
 
 # Grey level of padding in the network's input.
 PAD = 114
@@ -23,10 +27,25 @@ _PASTED_IDS = 500
 _PEOPLE = 2000
 
 
-def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
-        random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A random crop of this size, scaled, slightly rotated and possibly mirrored, of the picture and its truth."""
-    rows, columns = picture.shape
+class View(NamedTuple):
+    """A picture and its truth as stored: grey levels, raw disparities at half of the size, and instances as MOTS ids."""
+
+    picture: np.ndarray
+    disparities: np.ndarray
+    instances: np.ndarray
+
+
+class Sample(NamedTuple):
+    """Images of the network's input size: grey levels, disparities in its pixels, and instances as MOTS ids."""
+
+    picture: np.ndarray
+    disparities: np.ndarray
+    instances: np.ndarray
+
+
+def cut(view: View, height: int, width: int, random: np.random.Generator) -> Sample:
+    """A random crop of this size, scaled, slightly rotated and possibly mirrored, of a view of the dataset."""
+    rows, columns = view.picture.shape
     if random.random() < 0.35:
         fitting = USUAL_INPUT[1] / columns if columns > _WIDE * rows else USUAL_INPUT[0] / rows
         scale = fitting * random.uniform(0.93, 1.07)
@@ -44,39 +63,78 @@ def cut(picture: np.ndarray, instances: np.ndarray, height: int, width: int,
     if random.random() < 0.5:
         turn[:, 0] *= -1
     affine = np.column_stack((turn, np.array((width, height)) / 2 - turn @ middle))
-    return (cv2.warpAffine(picture, affine, (width, height), flags=cv2.INTER_LINEAR, borderValue=PAD),
-            cv2.warpAffine(instances, affine, (width, height), flags=cv2.INTER_NEAREST, borderValue=0))
+    # From the smaller map; pixel coordinates of both are of middles.
+    half = (stereo.REDUCTION - 1) / 2
+    from_small = affine @ np.array(((stereo.REDUCTION, 0, half), (0, stereo.REDUCTION, half), (0, 0, 1)))
+    raw = cv2.warpAffine(view.disparities, from_small, (width, height), flags=cv2.INTER_NEAREST, borderValue=0)
+    return Sample(cv2.warpAffine(view.picture, affine, (width, height), flags=cv2.INTER_LINEAR, borderValue=PAD),
+                  np.float32(scale * stretch) * stereo.pixels(raw),
+                  cv2.warpAffine(view.instances, affine, (width, height), flags=cv2.INTER_NEAREST, borderValue=0))
 
 
-def paste(picture: np.ndarray, instances: np.ndarray, other: np.ndarray, other_instances: np.ndarray,
-          random: np.random.Generator) -> None:
-    """Pastes a few instances of another picture of the same size in front of the picture's content."""
-    identities = random.permutation(np.unique(other_instances[other_instances > 0]))
+def paste(sample: Sample, other: Sample, random: np.random.Generator) -> None:
+    """Pastes a few instances of another sample of the same size in front of the sample's content."""
+    identities = random.permutation(np.unique(other.instances[other.instances > 0]))
     if random.random() < 0.8:
         # People first: they are rarer.
         identities = sorted(identities, key=lambda identity: identity // _PEOPLE != 1)
     for identity in identities[:random.integers(1, 6)]:
-        mask = other_instances == identity
+        mask = other.instances == identity
         shift = int(random.integers(-mask.shape[1] // 3, mask.shape[1] // 3))
-        mask, moved = np.roll(mask, shift, 1), np.roll(other, shift, 1)
+        mask, moved = np.roll(mask, shift, 1), np.roll(other.picture, shift, 1)
         edge = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 0.7)
-        picture[:] = np.where(edge > 0.02, picture + (moved.astype(np.float32) - picture) * edge, picture).astype(np.uint8)
-        instances[mask] = identity + _PASTED_IDS
+        blended = sample.picture + (moved.astype(np.float32) - sample.picture) * edge
+        sample.picture[:] = np.where(edge > 0.02, blended, sample.picture).astype(np.uint8)
+        sample.disparities[mask] = np.roll(other.disparities, shift, 1)[mask]
+        sample.instances[mask] = identity + _PASTED_IDS
 
 
-def degrade(picture: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> np.ndarray:
+def degrade_disparities(disparities: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Disparities of another baseline, with errors and holes; sometimes none at all, as without a right picture."""
+    if random.random() < 0.1:
+        return np.zeros_like(disparities)
+    known = disparities > 0
+    disparities = disparities * np.float32(np.exp(random.normal(0.0, 0.4)))
+    if random.random() < 0.4:
+        wavy = _noise(disparities.shape, np.exp(random.uniform(1.0, 4.5)), random)
+        disparities = disparities + known * np.float32(random.uniform(0, 1.0)) * wavy
+    if random.random() < 0.5:
+        for _ in range(random.integers(1, 4)):
+            known &= ~_hole(disparities.shape, random)
+    if random.random() < 0.3:
+        known &= _noise(disparities.shape, np.exp(random.uniform(2.5, 4.5)), random) > random.uniform(-2.5, -0.5)
+    if random.random() < 0.3:
+        # Steps of depth off by a few pixels.
+        size = 2 * int(random.integers(1, 4)) + 1
+        change = cv2.dilate if random.random() < 0.7 else cv2.erode
+        disparities = change(disparities.astype(np.float32), np.ones((size, size), np.uint8))
+    return np.maximum(disparities, 0) * known
+
+
+def _hole(shape: tuple[int, int], random: np.random.Generator) -> np.ndarray:
+    """A random ellipse."""
+    height, width = shape
+    size = np.exp(random.uniform(np.log(4.0), np.log(60.0), 2))
+    middle = random.uniform((0, 0), (width, height))
+    mask = np.zeros(shape, np.uint8)
+    cv2.ellipse(mask, tuple(map(int, middle)), tuple(map(int, size)), float(random.uniform(0, 180)), 0, 360, 1, -1)
+    return mask > 0
+
+
+def degrade(sample: Sample, random: np.random.Generator) -> np.ndarray:
     """Other illumination, exposure and sensor, and occluders that are no instances; grey levels 0..1.
 
-    Occluded pixels are removed from `instances`.
+    Occluded pixels are removed from the sample's instances, and mostly have the occluder's disparity.
     """
-    levels = picture.astype(np.float32) * np.float32(1 / 255)
+    levels = sample.picture.astype(np.float32) * np.float32(1 / 255)
+    instances = sample.instances
     if random.random() < 0.35:
         _retone_instances(levels, instances, random)
     if random.random() < 0.25:
         _roughen_background(levels, instances, random)
     if random.random() < 0.35:
         for _ in range(random.integers(1, 4)):
-            _cover(levels, instances, random)
+            _cover(levels, sample, random)
     if random.random() < 0.65:
         for _ in range(random.integers(1, 4)):
             _shade(levels, random)
@@ -124,10 +182,21 @@ def _shade(levels: np.ndarray, random: np.random.Generator) -> None:
 
 
 def _retone_instances(levels: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> None:
-    """Other paint on some objects."""
+    """Other paint and clothes on some objects, and on a part of some of them."""
     for identity in np.unique(instances[instances > 0]):
         if random.random() < 0.5:
             levels[instances == identity] *= np.float32(np.exp(random.uniform(-1.6, 0.7)))
+        if random.random() < 0.4:
+            _retone_part(levels, instances == identity, random)
+
+
+def _retone_part(levels: np.ndarray, mask: np.ndarray, random: np.random.Generator) -> None:
+    """Darkens or brightens a random part of an object: half of it in the sun, bright hair or sleeves above dark trousers."""
+    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+    box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    part = _region(mask[box].shape, random) * mask[box]
+    factor = np.exp(random.uniform(-1.6, 1.6))
+    levels[box] *= 1 + np.float32(factor - 1) * part
 
 
 def _roughen_background(levels: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> None:
@@ -138,7 +207,7 @@ def _roughen_background(levels: np.ndarray, instances: np.ndarray, random: np.ra
     levels *= np.exp(np.float32(random.uniform(0.2, 0.9)) * rough * where)
 
 
-def _cover(levels: np.ndarray, instances: np.ndarray, random: np.random.Generator) -> None:
+def _cover(levels: np.ndarray, sample: Sample, random: np.random.Generator) -> None:
     """Adds an occluder that is no instance: a shape of any texture."""
     height, width = levels.shape
     size = np.exp(random.uniform(np.log(6.0), np.log(90.0), 2))
@@ -160,7 +229,9 @@ def _cover(levels: np.ndarray, instances: np.ndarray, random: np.random.Generato
         wave = x * random.normal(0, 0.5) + y * random.normal(0, 0.5)
         texture += random.uniform(0.1, 0.5) * np.sign(np.sin(wave))
     levels[inside] = np.clip(texture, 0, 1)[inside]
-    instances[inside] = 0
+    sample.instances[inside] = 0
+    if inside.any() and random.random() < 0.8:
+        sample.disparities[inside] = sample.disparities[inside].max() * random.uniform(1.0, 1.6)
 
 
 def _expose(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:

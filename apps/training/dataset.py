@@ -2,7 +2,7 @@
 
 import multiprocessing.pool
 import pathlib
-from typing import NamedTuple
+from typing import Iterable, NamedTuple
 
 import cv2
 import numpy as np
@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 import augment
+import stereo
 from network import PROTOTYPE_STRIDE
 
 # MOTS classes of the simulator's truth by the network's classes; things on wheels (3, the trolley) are vehicles too.
@@ -27,11 +28,13 @@ SHAPES = (((192, 320), 0.3, 16), ((192, 640), 0.25, 8), ((256, 832), 0.25, 5), (
 PASTED = 0.5
 
 
-class View(NamedTuple):
-    """A picture and its truth as stored: grey levels, and instances as MOTS ids."""
+class Files(NamedTuple):
+    """Paths of a view: picture, the other camera's, and instances."""
 
-    picture: np.ndarray
-    instances: np.ndarray
+    picture: pathlib.Path
+    other: pathlib.Path
+    instances: pathlib.Path
+    is_right: bool
 
 
 class Objects(NamedTuple):
@@ -44,34 +47,44 @@ class Objects(NamedTuple):
 
 
 class Batch(NamedTuple):
-    pictures: Tensor  # [B, 1, H, W], 0..1
+    pictures: Tensor  # [B, 2, H, W]: grey levels 0..1, encoded disparities
     objects: list[Objects]
 
 
-def read_view(picture: pathlib.Path, instances: pathlib.Path) -> View:
-    """One picture with its truth. Raises FileNotFoundError naming the unreadable file."""
-    read = [cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in (picture, instances)]
-    for path, image in zip((picture, instances), read):
+def read_images(paths: Iterable[pathlib.Path]) -> list[np.ndarray]:
+    """Decoded images. Raises FileNotFoundError naming the unreadable file."""
+    read = []
+    for path in paths:
+        image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         if image is None:
             raise FileNotFoundError(f"cannot read {path}; render the recording again")
-    return View(*read)
+        read.append(image)
+    return read
 
 
-def views_of(recording: pathlib.Path, views: tuple[str, ...] = ("left", "right")) -> list[tuple[pathlib.Path, pathlib.Path]]:
-    """Paths of the pictures of a simulated recording, each with its instances' path, in order of time."""
+def read_view(files: Files) -> augment.View:
+    """One picture with its disparities and truth. Raises FileNotFoundError naming the unreadable file."""
+    picture, other, instances = read_images(files[:3])
+    return augment.View(picture, (stereo.match_right if files.is_right else stereo.match)(picture, other), instances)
+
+
+def views_of(recording: pathlib.Path, views: tuple[str, ...] = ("left", "right")) -> list[Files]:
+    """Paths of the views of a simulated recording, in order of time."""
     folders = {"left": "image_00", "right": "image_01"}
-    pairs = []
+    found = []
     for view in views:
+        other = "right" if view == "left" else "left"
         for picture in sorted(recording.glob(f"*/*/{folders[view]}/data/*.png")):
-            pairs.append((picture, recording / "truth" / "masks" / f"instances_{view}" / picture.name))
-    return pairs
+            found.append(Files(picture, picture.parents[2] / folders[other] / "data" / picture.name,
+                               recording / "truth" / "masks" / f"instances_{view}" / picture.name, view == "right"))
+    return found
 
 
-def load(recordings: list[pathlib.Path]) -> list[View]:
+def load(recordings: list[pathlib.Path]) -> list[augment.View]:
     """All views of the recordings, decoded."""
-    pairs = [pair for recording in recordings for pair in views_of(recording)]
+    files = [view for recording in recordings for view in views_of(recording)]
     with multiprocessing.pool.ThreadPool() as pool:
-        return pool.starmap(read_view, pairs)
+        return pool.map(read_view, files)
 
 
 def mask_on_prototypes(mask: np.ndarray) -> np.ndarray:
@@ -103,7 +116,7 @@ def objects_in(instances: np.ndarray) -> Objects:
 class Batches(torch.utils.data.Dataset):
     """Endless random batches; the same number is always the same batch."""
 
-    def __init__(self, views: list[View], seed: int) -> None:
+    def __init__(self, views: list[augment.View], seed: int) -> None:
         self._views = views
         self._seed = seed
 
@@ -115,10 +128,12 @@ class Batches(torch.utils.data.Dataset):
         (height, width), _, count = SHAPES[random.choice(len(SHAPES), p=[part for _, part, _ in SHAPES])]
         pictures, objects = [], []
         for index in random.integers(len(self._views), size=count):
-            picture, instances = augment.cut(*self._views[index], height, width, random)
+            sample = augment.cut(self._views[index], height, width, random)
             if random.random() < PASTED:
                 other = self._views[random.integers(len(self._views))]
-                augment.paste(picture, instances, *augment.cut(*other, height, width, random), random)
-            pictures.append(torch.from_numpy(augment.degrade(picture, instances, random)))
-            objects.append(objects_in(instances))
-        return Batch(torch.stack(pictures)[:, None], objects)
+                augment.paste(sample, augment.cut(other, height, width, random), random)
+            levels = augment.degrade(sample, random)
+            disparities = augment.degrade_disparities(sample.disparities, random)
+            pictures.append(torch.from_numpy(np.stack((levels, stereo.encoded(disparities)))))
+            objects.append(objects_in(sample.instances))
+        return Batch(torch.stack(pictures), objects)

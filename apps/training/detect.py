@@ -6,6 +6,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+import stereo
 from augment import PAD
 from network import CLASSES, OUTPUTS, PROTOTYPE_STRIDE, STRIDES, cell_middles
 
@@ -64,20 +65,25 @@ class Detector:
         self._pixels = pixels
 
     def outputs(self, picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Outputs for a picture of 0..1 of the input's size: a row per cell of left, top, right, bottom (box corners in pixels), scores,
+        """Outputs for an input [2, H, W]: a row per cell of left, top, right, bottom (box corners in pixels), scores,
         coefficients; and the prototypes."""
-        self._model.setInput(picture[None, None].astype(np.float32))
+        self._model.setInput(picture[None].astype(np.float32))
         *maps, prototypes = self._model.forward(OUTPUTS)
         rows = np.concatenate([cells[0].reshape(cells.shape[1], -1) for cells in maps], 1).T.copy()
-        middles = cell_middles(*picture.shape)[0].numpy()
+        middles = cell_middles(*picture.shape[1:])[0].numpy()
         rows[:, :2] = middles - rows[:, :2]
         rows[:, 2:4] = middles + rows[:, 2:4]
         return rows, prototypes[0]
 
-    def detect(self, picture: np.ndarray, thresholds: Thresholds) -> list[Instance]:
-        """The instances of a grey picture, best first."""
-        fitted, fit = letterbox(picture, *input_size(*picture.shape, self._pixels))
-        rows, prototypes = self.outputs(fitted.astype(np.float32) / 255)
+    def detect(self, picture: np.ndarray, right: np.ndarray | None, thresholds: Thresholds) -> list[Instance]:
+        """The instances of a grey picture, the left one of a rectified pair or a single one; best first."""
+        size = input_size(*picture.shape, self._pixels)
+        fitted, fit = letterbox(picture, *size)
+        disparities = np.zeros(size, np.float32)
+        if right is not None:
+            raw = stereo.match(fitted, letterbox(right, *size)[0])
+            disparities = stereo.encoded(stereo.enlarged(stereo.pixels(raw), size))
+        rows, prototypes = self.outputs(np.stack((fitted.astype(np.float32) / 255, disparities)))
         boxes = np.concatenate((rows[:, :2], rows[:, 2:4] - rows[:, :2]), 1)
         coefficients = rows[:, 4 + len(CLASSES):]
         found = []

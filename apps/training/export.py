@@ -9,7 +9,7 @@ import onnx
 import torch
 from torch import Tensor, nn
 
-from network import OUTPUTS, Network
+from network import CHANNELS, OUTPUTS, Network
 
 OPSET = 12
 # Between OpenCV and PyTorch, for pixels, scores and coefficients: absolute up to 1, relative above.
@@ -39,7 +39,7 @@ def export(network: Network, path: pathlib.Path) -> None:
     """
     exported = Exported(copy.deepcopy(network)).eval()
     any_size = {2: "height", 3: "width"}
-    torch.onnx.export(exported, torch.zeros(1, 1, *TRIED_SIZES[0]), str(path), opset_version=OPSET, input_names=["picture"],
+    torch.onnx.export(exported, torch.zeros(1, CHANNELS, *TRIED_SIZES[0]), str(path), opset_version=OPSET, input_names=["picture"],
                       output_names=list(OUTPUTS), dynamic_axes={"picture": any_size}, do_constant_folding=True)
     model = onnx.load(str(path))
     _spell_out_shared_weights(model.graph)
@@ -63,8 +63,8 @@ def _try_in_opencv(exported: Exported, path: pathlib.Path) -> None:
     model = cv2.dnn.readNetFromONNX(str(path))
     random = np.random.default_rng(1)
     for (height, width), blur in zip(TRIED_SIZES, (1.0, 4.0, 16.0)):
-        picture = cv2.GaussianBlur(random.random((height, width), np.float32), (0, 0), blur)
-        picture = cv2.normalize(picture, None, 0, 1, cv2.NORM_MINMAX)[None, None]
+        picture = cv2.GaussianBlur(random.random((height, width, CHANNELS), np.float32), (0, 0), blur)
+        picture = cv2.normalize(picture, None, 0, 1, cv2.NORM_MINMAX).transpose(2, 0, 1)[None].copy()
         model.setInput(picture)
         computed = model.forward(OUTPUTS)
         with torch.no_grad():

@@ -96,8 +96,11 @@ def score_loss(scores: Tensor, assignment: Assignment, objects: Objects) -> Tens
 
 
 def mask_loss(coefficients: Tensor, prototypes: Tensor, boxes: Tensor, masks: Tensor) -> Tensor:
-    """Sum over instances of cross-entropy and Dice loss inside their boxes, widened by a prototype cell."""
-    logits = (coefficients @ prototypes.flatten(1)).view(masks.shape)
+    """Sum over instances of cross-entropy and Dice loss inside their boxes, widened by a prototype cell.
+
+    `prototypes`: [H/2, W/2, prototypes].
+    """
+    logits = (coefficients @ prototypes.flatten(0, 1).T).view(masks.shape)
     left, top, right, bottom = (boxes / PROTOTYPE_STRIDE).T[..., None]
     y, x = torch.arange(masks.shape[1]), torch.arange(masks.shape[2])
     inside = (((y >= top - 1) & (y < bottom + 1))[:, :, None] & ((x >= left - 1) & (x < right + 1))[:, None]).float()
@@ -112,10 +115,11 @@ def losses(prediction: Prediction, batch: Batch) -> Losses:
     """Mean losses of a batch; box losses are weighted by the target scores."""
     middles, _ = cell_middles(*batch.pictures.shape[2:])
     all_boxes = boxes_of(prediction.distances, middles)
+    prototypes_by_pixel = prediction.prototypes.permute(0, 2, 3, 1)
     score = box = mask = prediction.scores.new_zeros(())
     asked, compared = 0.0, 0
     for scores, boxes, coefficients, prototypes, objects in zip(prediction.scores, all_boxes, prediction.coefficients,
-                                                                prediction.prototypes, batch.objects):
+                                                                prototypes_by_pixel, batch.objects):
         assignment = assign(scores.detach(), boxes.detach(), objects)
         score = score + score_loss(scores, assignment, objects)
         if len(assignment.cells) == 0:

@@ -10,6 +10,8 @@ import torch
 from torch import Tensor, nn
 
 CLASSES = ("vehicle", "person")
+# Grey levels and encoded disparities.
+CHANNELS = 2
 STRIDES = (8, 16, 32)
 PROTOTYPE_STRIDE = 2
 PROTOTYPES = 16
@@ -80,12 +82,12 @@ class Head(nn.Module):
 
 
 class Network(nn.Module):
-    """Picture [B, 1, H, W] of 0..1, H and W multiples of 32, to a Prediction."""
+    """Grey levels of 0..1 and encoded disparities [B, 2, H, W], H and W multiples of 32, to a Prediction."""
 
     def __init__(self, widths: tuple[int, ...] = (16, 32, 64, 128, 192), blocks: tuple[int, ...] = (1, 1, 2, 1),
                  neck: int = 64) -> None:
         super().__init__()
-        self.edges = convolution(1, widths[0], 2)
+        self.edges = convolution(CHANNELS, widths[0], 2)
         self.stem = stage(widths[0], widths[1], blocks[0])
         self.stages = nn.ModuleList(stage(widths[i], widths[i + 1], blocks[i]) for i in (1, 2, 3))
         self.laterals = nn.ModuleList(convolution(width, neck, size=1) for width in widths[2:])

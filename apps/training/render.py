@@ -27,7 +27,7 @@ class Share(NamedTuple):
 # All seeds are above those of the product's own tests and figures.
 TRAINING = (
     # Diverse, to generalise to real streets.
-    Share("varied", 1000, 150, 16, 10.0),
+    Share("varied", 1000, 200, 16, 10.0),
     # Similar to the product's own recordings.
     Share("street", 1000, 40, 16, 1.7),
     Share("drone", 1000, 14, 16, 1.7),

@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class NetworkRun : public ::testing::Test {
  protected:
@@ -272,6 +273,26 @@ TEST_F(NetworkRun, SegmentFollowsTheSizeOfEachPicture) {
           "among_others");
   const fs::path name = recording_.image(0, 1).filename();
   EXPECT_EQ(text_of(out("among_others") / "masks" / name), text_of(out("alone") / "masks" / name));
+}
+
+TEST_F(NetworkRun, SegmentUsesTheRightPicturesForDisparities) {
+  const fs::path yaml = scratch_.path() / "stereo.yaml";
+  std::ofstream(yaml) << "family: kinetrace-seg\nmodel: " << KINETRACE_MODELS << "/kinetrace-seg-stereo.onnx\n"
+                      << "input: {pixels: 131072, colours: gray, mean: [0], disparity: true}\nclasses: [white, red]\n"
+                         "use: {white: vehicle, red: person}\nthresholds: {score: 0.5, overlap: 0.45}\n";
+  const std::string right = recording_.image(1, 0).parent_path().string();
+  const ProgramResult pair = run_kinetrace({"segment", recording_.image(0, 0).string(), "--right", right, "--model",
+                                            yaml.string(), "--out", out("pair").string()});
+  ASSERT_EQ(pair.exit_code, 0) << pair.err;
+  EXPECT_THAT(pair.out, Not(HasSubstr(": 0 instances")));
+  const ProgramResult single = run_kinetrace(
+      {"segment", recording_.image(0, 0).string(), "--model", yaml.string(), "--out", out("single").string()});
+  EXPECT_THAT(single.out, HasSubstr(": 0 instances")) << "this network sees nothing but disparities";
+  fs::remove(recording_.image(1, 1));
+  const ProgramResult missing = run_kinetrace({"segment", recording_.image(0, 1).string(), "--right", right, "--model",
+                                               yaml.string(), "--out", out("missing").string()});
+  EXPECT_EQ(missing.exit_code, 66);
+  EXPECT_THAT(missing.err, HasSubstr(recording_.image(1, 1).string() + ": "));
 }
 
 TEST_F(NetworkRun, SegmentSkipsADamagedPictureAndNamesIt) {

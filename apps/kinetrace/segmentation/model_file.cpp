@@ -65,8 +65,8 @@ class ModelReader {
 
  private:
   void read_input(const YAML::Node& root, neural::ModelInput& input) {
-    const YAML::Node map =
-        section(root, "input", {"width", "height", "pixels", "colours", "fit", "scale", "mean", "std", "pad"});
+    const YAML::Node map = section(
+        root, "input", {"width", "height", "pixels", "colours", "fit", "disparity", "scale", "mean", "std", "pad"});
     number(map, "width", input.width_px);
     number(map, "height", input.height_px);
     number(map, "pixels", input.max_pixels);
@@ -76,10 +76,11 @@ class ModelReader {
     choose(map, "colours",
            Names<InputColours>{{"gray", InputColours::kGray}, {"rgb", InputColours::kRgb}, {"bgr", InputColours::kBgr}},
            input.colours);
+    choose(map, "disparity", Names<bool>{{"true", true}, {"false", false}}, input.disparity);
     choose(map, "fit", Names<InputFit>{{"letterbox", InputFit::kLetterbox}, {"stretch", InputFit::kStretch}},
            input.fit);
     number(map, "scale", input.scale);
-    const auto channels = static_cast<std::size_t>(input.channels());
+    const auto channels = static_cast<std::size_t>(input.colour_channels());
     numbers(map, "mean", input.mean, channels);
     numbers(map, "std", input.deviation, channels);
     number(map, "pad", input.pad);

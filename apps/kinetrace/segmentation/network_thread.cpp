@@ -98,7 +98,7 @@ struct NetworkThread::Shared {
 
   void carve(Arena& from) {
     left = take_image<std::uint8_t>(from, options.max_width_px, options.max_height_px);
-    if (config.right) {
+    if (config.right || config.model.input.disparity) {
       right = take_image<std::uint8_t>(from, options.max_width_px, options.max_height_px);
     }
     for (Answer& answer : answers) {
@@ -125,20 +125,25 @@ struct NetworkThread::Shared {
 
   Status segment(Answer& answer) {
     const PixelBox whole_px{0, 0, left.width, left.height};
-    const auto look = [&](GrayView image, const PixelBox& part_px, MaskStore& store) -> Status {
-      const auto found = network->segment(image, part_px);
+    const auto look = [&](const neural::StereoPicture& pictures, const PixelBox& part_px, MaskStore& store) -> Status {
+      const auto found = network->segment(pictures, part_px);
       if (!found) {
         return Unexpected(found.error());
       }
       store.keep(*found);
       return {};
     };
-    if (Status seen = look(left, region_px.empty() ? whole_px : region_px, answer.left); !seen) {
+    const GrayView left_image = left;
+    const GrayView right_image = right;
+    const neural::StereoPicture of_left{left_image, right_image, View::kLeft};
+    if (Status seen = look(of_left, region_px.empty() ? whole_px : region_px, answer.left); !seen) {
       return seen;
     }
     answer.right.keep({});
-    if (Status seen = config.right && region_px.empty() ? look(right, whole_px, answer.right) : Status{}; !seen) {
-      return seen;
+    if (config.right && region_px.empty()) {
+      if (Status seen = look({right_image, left_image, View::kRight}, whole_px, answer.right); !seen) {
+        return seen;
+      }
     }
     answer.set = {answer.left.masks.span(), answer.right.masks.span()};
     return {};
@@ -224,7 +229,7 @@ NetworkThread::~NetworkThread() {
 
 void NetworkThread::offer(const RectifiedPair& pair, const PixelBox& region_px) noexcept {
   copy_image<std::uint8_t>(pair.left, shared_->left);
-  if (shared_->config.right && region_px.empty()) {
+  if (!shared_->right.empty()) {
     copy_image<std::uint8_t>(pair.right, shared_->right);
   }
   shared_->region_px = region_px;

@@ -25,8 +25,8 @@ Status PictureNetwork::prepare(int width_px, int height_px) {
   return {};
 }
 
-Result<std::span<const RunLengthMask>> PictureNetwork::segment(const neural::Picture& picture) {
-  return network_->segment(picture);
+Result<std::span<const RunLengthMask>> PictureNetwork::segment(const neural::StereoPicture& pictures) {
+  return network_->segment(pictures);
 }
 
 }  // namespace kinetrace::app

@@ -25,7 +25,7 @@ class PictureNetwork {
   [[nodiscard]] Status prepare(int width_px, int height_px);
   /// The instances of a picture of the size that was prepared. They live until the next call. Errors: those of
   /// InstanceNetwork::segment.
-  [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const neural::Picture& picture);
+  [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const neural::StereoPicture& pictures);
 
  private:
   neural::ModelConfig model_;

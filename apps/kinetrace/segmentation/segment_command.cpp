@@ -34,6 +34,7 @@ using Masks = std::span<const RunLengthMask>;
 
 struct SegmentOptions {
   std::vector<std::filesystem::path> images;  ///< Files, or folders of files.
+  std::filesystem::path right;                ///< Folder of the other camera's pictures; may be empty.
   std::filesystem::path model;                ///< YAML; empty: the bundled one.
   std::filesystem::path out;
   int threads = 1;
@@ -164,14 +165,42 @@ Outcome<void> write_results(const SegmentOptions& options, const fs::path& file,
   return written ? Outcome<void>() : failure(written.error());
 }
 
+/// Reads a picture and, with --right, the one of the same name. Errors: those of PictureFiles::read.
+class PairReader {
+ public:
+  explicit PairReader(fs::path right) : right_(std::move(right)) {}
+
+  struct Pair {
+    PictureFiles::Loaded left;
+    neural::Picture right;
+  };
+  Result<Pair> read(const fs::path& file) {
+    const Result<PictureFiles::Loaded> left = left_files_.read(file);
+    if (!left) {
+      return Unexpected(left.error());
+    }
+    if (right_.empty()) {
+      return Pair{*left, {}};
+    }
+    const Result<PictureFiles::Loaded> right = right_files_.read(right_ / file.filename());
+    return right ? Result<Pair>(Pair{*left, right->picture}) : Unexpected(right.error());
+  }
+
+ private:
+  fs::path right_;
+  PictureFiles left_files_;
+  PictureFiles right_files_;
+};
+
 /// Failures concern the network or the results.
-Outcome<void> segment_picture(const SegmentOptions& options, const fs::path& file, const PictureFiles::Loaded& loaded,
+Outcome<void> segment_picture(const SegmentOptions& options, const fs::path& file, const PairReader::Pair& pair,
                               PictureNetwork& network) {
+  const PictureFiles::Loaded& loaded = pair.left;
   if (const Status ready = network.prepare(loaded.gray.width, loaded.gray.height); !ready) {
     return failure(ready.error());
   }
   const auto begun = std::chrono::steady_clock::now();
-  const Result<Masks> masks = network.segment(loaded.picture);
+  const Result<Masks> masks = network.segment({loaded.picture, pair.right});
   const double took_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
   if (!masks) {
     return failure(masks.error());
@@ -187,17 +216,17 @@ Outcome<void> segment_picture(const SegmentOptions& options, const fs::path& fil
 
 /// Pictures that cannot be read are reported and skipped. Returns the exit code of the first of them, or 0.
 Outcome<int> segment_all(const SegmentOptions& options, const std::vector<fs::path>& files, PictureNetwork& network) {
-  PictureFiles pictures;
+  PairReader pictures(options.right);
   int exit_code = 0;
   catch_interrupts();
   for (auto file = files.begin(); file != files.end() && interrupted_by() == 0; ++file) {
-    const Result<PictureFiles::Loaded> loaded = pictures.read(*file);
-    if (!loaded) {
-      const int failed = report(to_failure(loaded.error()));
+    const Result<PairReader::Pair> pair = pictures.read(*file);
+    if (!pair) {
+      const int failed = report(to_failure(pair.error()));
       exit_code = exit_code == 0 ? failed : exit_code;
       continue;
     }
-    if (const Outcome<void> done = segment_picture(options, *file, *loaded, network); !done) {
+    if (const Outcome<void> done = segment_picture(options, *file, *pair, network); !done) {
       return Unexpected(done.error());
     }
   }
@@ -237,6 +266,12 @@ void add_options(CLI::App& segment, SegmentOptions& options) {
                   "PNG, JPEG or PGM files of any sizes, or folders of them; those that cannot be read are reported and "
                   "skipped")
       ->required();
+  segment
+      .add_option(
+          "--right", options.right,
+          "Folder of the right camera's pictures, rectified and named like the left ones: for networks that use "
+          "disparities, as the one that comes with Kinetrace")
+      ->type_name("DIR");
   segment
       .add_option("--model", options.model,
                   "YAML file that describes the network; without it, the one that comes with Kinetrace, trained on "

@@ -20,6 +20,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kFrames = 16;
+constexpr int kViewsOfEach = 4;  // Of each of the cameras' places.
 
 void draw_light(Site& site) {
   Random& random = site.random;
@@ -46,7 +47,6 @@ void draw_rig(Site& site) {
 // A few camera positions, each with several directions.
 void place_cameras(Site& site) {
   constexpr int kPlaces = 9;
-  constexpr int kViewsOfEach = 4;
   constexpr double kClear_m = 1.3;
   Random& random = site.random;
   for (int i = 0; i < kPlaces; ++i) {
@@ -162,6 +162,36 @@ void add_vehicles(Site& site, const std::array<double, 2>& strips_m) {
   }
 }
 
+// Vehicles close to the cameras, half of them tall: most of one fills a quarter of the picture or more, and leaves it.
+void add_vehicles_in_view(Site& site) {
+  constexpr double kOfPlaces = 0.6;
+  constexpr double kNearest_m = 2.5;
+  constexpr double kFarthest_m = 9.0;
+  constexpr double kBearing_rad = 0.7;
+  constexpr float kTall_m = 2.F;
+  constexpr int kTries = 6;
+  Random& random = site.random;
+  for (std::size_t view = 0; view < site.views.size(); view += kViewsOfEach) {
+    if (!random.chance(kOfPlaces)) {
+      continue;
+    }
+    RandomVehicle made = random_vehicle(random);
+    for (int i = random.chance(0.5) ? kTries : 0; i > 0 && made.size_lhw_m.y() < kTall_m; --i) {
+      made = random_vehicle(random);
+    }
+    bool placed = false;
+    for (int i = 0; i < kTries && !placed; ++i) {
+      const double range_m = std::exp(random.uniform(std::log(kNearest_m), std::log(kFarthest_m)));
+      const double bearing_rad = random.uniform(-kBearing_rad, kBearing_rad);
+      const Eigen::Vector3d at =
+          site.views[view] * Eigen::Vector3d(range_m * std::sin(bearing_rad), 0.0, range_m * std::cos(bearing_rad));
+      const double heading_rad = random.chance(0.8) ? along_street(site) + 0.06 * random.normal()
+                                                    : random.uniform(-std::numbers::pi, std::numbers::pi);
+      placed = place_vehicle(site, made, at.x(), at.z(), heading_rad);
+    }
+  }
+}
+
 // A person who walks or stands there.
 void place_person(Site& site, double x_m, double z_m) {
   constexpr double kStanding_m = 0.54;  // In any orientation.
@@ -265,6 +295,7 @@ Scene varied_scene(const Variation& variation) {
   draw_rig(site);
   place_cameras(site);
   site.max_vehicles = site.random.chance(0.5) ? 44 : 22;
+  add_vehicles_in_view(site);
   add_vehicles(site, strips_m);
   add_people(site);
   add_surfaces(site);

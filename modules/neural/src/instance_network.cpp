@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "candidates.hpp"
+#include "disparity_channel.hpp"
 #include "heads.hpp"
 #include "kinetrace/core/config_check.hpp"
 #include "kinetrace/core/files.hpp"
@@ -130,6 +131,10 @@ struct InstanceNetwork::State {
   HeadLayout layout;
   Letterbox letterbox;
   std::span<float> input;
+  // Only with a channel of disparities.
+  DisparityChannel disparity;
+  std::span<float> grey;
+  std::span<float> other_grey;
   CandidateList candidates;
   MaskAssembly assembly;
   NetworkCounters counters;
@@ -139,8 +144,30 @@ struct InstanceNetwork::State {
     const auto pixels = static_cast<std::size_t>(size.width_px) * static_cast<std::size_t>(size.height_px);
     letterbox = Letterbox(size, options.max_width_px, options.max_height_px, arena);
     input = arena.take<float>(pixels * static_cast<std::size_t>(size.channels()));
+    if (size.disparity) {
+      disparity = DisparityChannel(size, arena);
+      grey = arena.take<float>(pixels);
+      other_grey = arena.take<float>(pixels);
+    }
     candidates = CandidateList(arena, kMaxCandidates);
     assembly = MaskAssembly(kMaxInstances, kMaxRuns, largest_grid(model), arena);
+  }
+
+  /// Writes the tensor of a part of the pictures. Errors: those of Runtime::match.
+  Status fill_input(const StereoPicture& pictures, const PixelBox& part_px, const Placement& placement) {
+    const Picture part = pictures.picture.part(part_px);
+    letterbox.fill(part, placement, input);
+    if (!model.input.disparity) {
+      return {};
+    }
+    const std::span<float> channel = input.last(grey.size());
+    if (pictures.other.data == nullptr) {
+      std::fill(channel.begin(), channel.end(), 0.F);
+      return {};
+    }
+    letterbox.fill_grey(part, placement, grey);
+    letterbox.fill_grey(pictures.other.part(part_px), placement, other_grey);
+    return disparity.fill(grey, other_grey, pictures.view, *runtime, channel);
   }
 
   /// Errors: those of create() that only show in a run.
@@ -214,15 +241,28 @@ Result<std::unique_ptr<InstanceNetwork>> InstanceNetwork::create(const ModelConf
 }
 
 Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const Picture& picture) {
-  return segment(picture, {0, 0, picture.width_px, picture.height_px});
+  return segment(StereoPicture{picture});
 }
 
-Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const Picture& picture, const PixelBox& part_px) {
+Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const StereoPicture& pictures) {
+  return segment(pictures, {0, 0, pictures.picture.width_px, pictures.picture.height_px});
+}
+
+Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const StereoPicture& pictures,
+                                                                const PixelBox& part_px) {
   State& state = *state_;
+  const Picture& picture = pictures.picture;
   if (picture.width_px > state.options.max_width_px || picture.height_px > state.options.max_height_px) {
     return fail(ErrorCode::kInvalidArgument, "segmentation.onnx: a picture of " + std::to_string(picture.width_px) +
                                                  "x" + std::to_string(picture.height_px) +
                                                  " pixels is not what the network was made for");
+  }
+  const Picture& other = pictures.other;
+  if (other.data != nullptr && (other.width_px != picture.width_px || other.height_px != picture.height_px)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "segmentation.onnx: the pictures of a pair differ in size, " + std::to_string(picture.width_px) + "x" +
+                    std::to_string(picture.height_px) + " and " + std::to_string(other.width_px) + "x" +
+                    std::to_string(other.height_px) + " pixels");
   }
   if (part_px.empty() || part_px.x0 < 0 || part_px.y0 < 0 || part_px.x1 > picture.width_px ||
       part_px.y1 > picture.height_px) {
@@ -232,7 +272,9 @@ Result<std::span<const RunLengthMask>> InstanceNetwork::segment(const Picture& p
   }
   const PlacedPicture placed{picture.width_px, picture.height_px, part_px,
                              Placement::of(part_px.width(), part_px.height(), state.model.input)};
-  state.letterbox.fill(picture.part(part_px), placed.placement, state.input);
+  if (const Status filled = state.fill_input(pictures, part_px, placed.placement); !filled) {
+    return Unexpected(filled.error());
+  }
   const Result<std::span<const Tensor>> outputs = state.runtime->run(state.input);
   if (!outputs) {
     return Unexpected(outputs.error());

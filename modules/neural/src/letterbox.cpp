@@ -73,9 +73,9 @@ void Letterbox::set_line(Line& line, int from, int to) noexcept {
 }
 
 void Letterbox::resample(const Picture& picture, int channel, const Placement& placement) noexcept {
-  const bool mixes = picture.channels == 3 && input_.colours == InputColours::kGray;
+  const bool mixes = picture.channels == 3 && channel == kGrey;
   const std::ptrdiff_t step = picture.channels;
-  const std::ptrdiff_t shift = picture.channels == 3 ? channel : 0;
+  const std::ptrdiff_t shift = picture.channels == 3 && !mixes ? channel : 0;
   const auto width = static_cast<std::size_t>(placement.width);
   for (int y = 0; y < picture.height_px; ++y) {
     const std::uint8_t* row = picture.row(y);
@@ -116,14 +116,25 @@ void Letterbox::put(float value_scale, float value_offset, const Placement& plac
   }
 }
 
-void Letterbox::fill(const Picture& picture, const Placement& placement, std::span<float> tensor) {
+void Letterbox::set_lines(const Picture& picture, const Placement& placement) noexcept {
   set_line(columns_, picture.width_px, placement.width);
   set_line(rows_, picture.height_px, placement.height);
+}
+
+void Letterbox::fill_grey(const Picture& picture, const Placement& placement, std::span<float> plane) {
+  set_lines(picture, placement);
+  resample(picture, kGrey, placement);
+  put(1.F, 0.F, placement, plane.data());
+}
+
+void Letterbox::fill(const Picture& picture, const Placement& placement, std::span<float> tensor) {
+  set_lines(picture, placement);
   const std::size_t plane = static_cast<std::size_t>(input_.width_px) * static_cast<std::size_t>(input_.height_px);
   const bool is_grey = picture.channels == 1;
-  for (int i = 0; i < input_.channels(); ++i) {
+  for (int i = 0; i < input_.colour_channels(); ++i) {
     if (i == 0 || !is_grey) {  // A grey picture fills all three channels of a colour network.
-      resample(picture, input_.colours == InputColours::kBgr ? 2 - i : i, placement);
+      const int colour = input_.colours == InputColours::kBgr ? 2 - i : i;
+      resample(picture, input_.colours == InputColours::kGray ? kGrey : colour, placement);
     }
     const auto channel = static_cast<std::size_t>(i);
     put(input_.scale / input_.deviation[channel], -input_.mean[channel] / input_.deviation[channel], placement,

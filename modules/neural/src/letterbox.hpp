@@ -33,8 +33,10 @@ class Letterbox {
   Letterbox() = default;
   Letterbox(const ModelInput& input, int max_width_px, int max_height_px, Arena& arena);
 
-  /// Writes the tensor, channels() * height * width values. `picture` is at most as large as planned.
+  /// Writes the tensor's colours, colour_channels() * height * width values. `picture` is at most as large as planned.
   void fill(const Picture& picture, const Placement& placement, std::span<float> tensor);
+  /// Writes unscaled grey levels, height * width values.
+  void fill_grey(const Picture& picture, const Placement& placement, std::span<float> plane);
 
  private:
   /// Samples and weights of a resampled line.
@@ -47,7 +49,11 @@ class Letterbox {
     FixedVector<Taps> taps;
     FixedVector<float> weights;
   };
+  static constexpr int kGrey = -1;
+
   static void set_line(Line& line, int from, int to) noexcept;
+  void set_lines(const Picture& picture, const Placement& placement) noexcept;
+  /// Channel kGrey: the luminance.
   void resample(const Picture& picture, int channel, const Placement& placement) noexcept;
   void put(float value_scale, float value_offset, const Placement& placement, float* plane) const noexcept;
 

@@ -28,6 +28,9 @@ Status check_input(const ModelConfig& model) {
   if (!in_range) {
     return in_range;
   }
+  if (input.disparity && model.family != ModelFamily::kKinetraceSeg) {
+    return fail(ErrorCode::kInvalidConfig, "input.disparity is for models of the family kinetrace-seg; leave it out");
+  }
   for (const float deviation : input.deviation) {
     if (!(deviation > 0.F)) {
       return fail(ErrorCode::kInvalidConfig, "input.std must be above 0");

@@ -1,4 +1,4 @@
-// The plugin kinetrace-opencv-dnn.so: computes networks by OpenCV's dnn.
+// The plugin kinetrace-opencv-dnn.so: computes networks by OpenCV's dnn, and disparities by its semi-global matching.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
@@ -29,6 +30,20 @@ std::string reason_of(const cv::Exception& exception) {
 Unexpected<Error> failed(const std::string& file, const cv::Exception& exception) {
   return fail(ErrorCode::kUnsupported, file + ": OpenCV cannot compute this network: " + reason_of(exception) +
                                            "; export it with opset 12 and a fixed input size");
+}
+
+/// Semi-global matching (Hirschmueller 2008), with the parameters of apps/training/stereo.py.
+cv::Ptr<cv::StereoSGBM> make_matcher(int levels) {
+  constexpr int kBlock_px = 5;
+  constexpr int kSmallStepCost = 8 * kBlock_px * kBlock_px;
+  constexpr int kStepCost = 32 * kBlock_px * kBlock_px;
+  constexpr int kLeftRightDifference_px = 1;
+  constexpr int kMaxGradient = 31;
+  constexpr int kUniqueness_percent = 10;
+  constexpr int kSpeckle_px = 50;
+  constexpr int kSpeckleStep_px = 2;
+  return cv::StereoSGBM::create(0, levels, kBlock_px, kSmallStepCost, kStepCost, kLeftRightDifference_px, kMaxGradient,
+                                kUniqueness_percent, kSpeckle_px, kSpeckleStep_px, cv::StereoSGBM::MODE_SGBM_3WAY);
 }
 
 class OpencvRuntime final : public Runtime {
@@ -67,12 +82,40 @@ class OpencvRuntime final : public Runtime {
     return std::span<const Tensor>(tensors_);
   }
 
+  Status match(std::span<const std::uint8_t> left, std::span<const std::uint8_t> right, int width_px,
+               std::span<std::int16_t> disparity) override {
+    const ForeignCall guard;
+    const int height_px = static_cast<int>(disparity.size()) / width_px;
+    // OpenCV leaves out the first columns, as many as levels.
+    const auto widened = [&](std::span<const std::uint8_t> image, cv::Mat& wide) {
+      const cv::Mat given(height_px, width_px, CV_8U, const_cast<std::uint8_t*>(image.data()));
+      cv::copyMakeBorder(given, wide, 0, 0, kLevels, 0, cv::BORDER_REPLICATE);
+    };
+    try {
+      widened(left, left_);
+      widened(right, right_);
+      matcher_->compute(left_, right_, disparity_);
+    } catch (const cv::Exception& exception) {
+      return fail(ErrorCode::kUnsupported, "OpenCV cannot match the pictures: " + reason_of(exception));
+    }
+    for (int y = 0; y < height_px; ++y) {
+      std::copy_n(disparity_.ptr<std::int16_t>(y) + kLevels, width_px, disparity.data() + std::ptrdiff_t{y} * width_px);
+    }
+    return {};
+  }
+
  private:
+  static constexpr int kLevels = kMaxDisparity / kDisparityFraction;
+
   ModelConfig model_;
   cv::dnn::Net net_;
   std::vector<cv::String> names_;
   std::vector<cv::Mat> outputs_;
   std::vector<Tensor> tensors_;
+  cv::Ptr<cv::StereoSGBM> matcher_ = make_matcher(kLevels);
+  cv::Mat left_;
+  cv::Mat right_;
+  cv::Mat disparity_;
 };
 
 // Replaces the name of a size in an ONNX file by its value, in place: a Dimension of onnx.proto3 has either field 1, a

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 
@@ -32,6 +33,14 @@ class Runtime {
   /// `input`: [1, channels, height, width] as the model describes it. The outputs live until the next call. Errors:
   /// kUnsupported, with the library's reason.
   [[nodiscard]] virtual Result<std::span<const Tensor>> run(std::span<const float> input) = 0;
+
+  /// Largest disparity that is searched for, and the unit, one pixel is so many.
+  static constexpr int kDisparityFraction = 16;
+  static constexpr int kMaxDisparity = 64 * kDisparityFraction;
+  /// Dense disparities of the left one of two rectified images `width_px` wide; at most kMaxDisparity, where unknown at
+  /// most 0. Errors: as above.
+  [[nodiscard]] virtual Status match(std::span<const std::uint8_t> left, std::span<const std::uint8_t> right,
+                                     int width_px, std::span<std::int16_t> disparity) = 0;
 };
 
 /// Errors: kNotFound, kBadFormat, kUnsupported (operators).

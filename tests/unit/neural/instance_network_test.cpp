@@ -1,6 +1,7 @@
 // Whole networks through the real runtime, with outputs known by construction (see make_models).
 #include "kinetrace/neural/instance_network.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -38,6 +39,14 @@ class Blobs {
       }
     }
     return *this;
+  }
+  [[nodiscard]] Blobs mirrored() const {
+    Blobs other(channels_, width_, height_);
+    for (std::size_t row = 0; row < samples_.size(); row += static_cast<std::size_t>(width_ * channels_)) {
+      const auto from = samples_.begin() + static_cast<std::ptrdiff_t>(row);
+      std::reverse_copy(from, from + width_ * channels_, other.samples_.begin() + static_cast<std::ptrdiff_t>(row));
+    }
+    return other;
   }
   [[nodiscard]] Picture picture() const { return {samples_.data(), width_, height_, width_ * channels_, channels_}; }
 
@@ -212,6 +221,90 @@ TEST(InstanceNetwork, TheOneThatComesAlongIsComputed) {
   EXPECT_TRUE(made->network->segment(Blobs(1).picture()));
 }
 
+/// A textured pair: a plane behind, of 2 px disparity, and a nearer square, its box in the left picture, of 24 px.
+struct Pair {
+  Blobs left{1};
+  Blobs right{1};
+};
+Pair textured_pair(const PixelBox& near) {
+  constexpr int kNear_px = 24;
+  constexpr int kFar_px = 2;
+  const auto level = [](int x, int y) {
+    const unsigned mixed = static_cast<unsigned>(x * 7919 + y * 104729) * 2654435761U;
+    return static_cast<std::uint8_t>(mixed >> 24U);
+  };
+  Pair pair;
+  const auto put = [&](Blobs& blobs, int x, int y, std::uint8_t grey) {
+    if (x >= 0 && x < kWidth) {
+      blobs.add({x, y, x + 1, y + 1}, {grey, grey, grey});
+    }
+  };
+  // Blocks of two pixels, as the network's input is matched at half its size.
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth + kFar_px; ++x) {
+      put(pair.left, x, y, level(x / 2, y / 2));
+      put(pair.right, x - kFar_px, y, level(x / 2, y / 2));
+    }
+  }
+  for (int y = near.y0; y < near.y1; ++y) {
+    for (int x = near.x0; x < near.x1; ++x) {
+      put(pair.left, x, y, level(x / 2 + 500, y / 2));
+      put(pair.right, x - kNear_px, y, level(x / 2 + 500, y / 2));
+    }
+  }
+  return pair;
+}
+
+ModelConfig stereo_model() {
+  ModelConfig config = model("kinetrace-seg-stereo.onnx", ModelFamily::kKinetraceSeg);
+  config.input.colours = InputColours::kGray;
+  config.input.disparity = true;
+  return config;
+}
+
+TEST(InstanceNetwork, SeesWhatIsNearInAPair) {
+  const Result<Network> made = make(stereo_model());
+  ASSERT_TRUE(made) << made.error().message;
+  const PixelBox near{64, 24, 88, 48};
+  const Pair pair = textured_pair(near);
+  const auto masks = made->network->segment({pair.left.picture(), pair.right.picture()});
+  ASSERT_TRUE(masks) << masks.error().message;
+  ASSERT_EQ(masks->size(), 1U);
+  EXPECT_GT(coverage((*masks)[0], near).inside, 0.6);
+  EXPECT_LT(coverage((*masks)[0], near).outside, 0.3);
+}
+
+TEST(InstanceNetwork, SeesTheSameInAMirroredRightPicture) {
+  const Result<Network> made = make(stereo_model());
+  ASSERT_TRUE(made) << made.error().message;
+  const Pair pair = textured_pair({64, 24, 88, 48});
+  const Blobs picture = pair.left.mirrored();
+  const Blobs other = pair.right.mirrored();
+  const auto masks = made->network->segment({picture.picture(), other.picture(), View::kRight});
+  ASSERT_TRUE(masks) << masks.error().message;
+  ASSERT_EQ(masks->size(), 1U);
+  const PixelBox near{kWidth - 88, 24, kWidth - 64, 48};
+  EXPECT_GT(coverage((*masks)[0], near).inside, 0.6);
+  EXPECT_LT(coverage((*masks)[0], near).outside, 0.3);
+}
+
+TEST(InstanceNetwork, WithoutAPairDisparitiesAreUnknown) {
+  const Result<Network> made = make(stereo_model());
+  ASSERT_TRUE(made) << made.error().message;
+  const Pair pair = textured_pair({64, 24, 88, 48});
+  ASSERT_EQ(made->network->segment({pair.left.picture(), pair.right.picture()})->size(), 1U);
+  EXPECT_TRUE(made->network->segment(pair.left.picture())->empty());
+}
+
+TEST(InstanceNetwork, PicturesOfAPairHaveOneSize) {
+  const Result<Network> made = make(stereo_model());
+  ASSERT_TRUE(made) << made.error().message;
+  const auto masks = made->network->segment({Blobs(1).picture(), Blobs(1, kWidth, kHeight - 1).picture()});
+  ASSERT_FALSE(masks);
+  EXPECT_EQ(masks.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(masks.error().message, HasSubstr("differ in size, 128x64 and 128x63"));
+}
+
 TEST(InstanceNetwork, OfAnySizeButNotOfAnyColours) {
   ModelConfig config = model("kinetrace-seg.onnx", ModelFamily::kKinetraceSeg);
   config.input.colours = InputColours::kGray;
@@ -286,7 +379,7 @@ TEST(InstanceNetwork, OfAPartWhatLiesWhollyInItWhereItIsInThePicture) {
   const PixelBox cut{120, 72, 136, 88};
   const PixelBox elsewhere{16, 16, 40, 40};
   const Blobs blobs = Blobs(1, 256, 128).add(inside, kWhite).add(cut, kWhite).add(elsewhere, kWhite);
-  const auto masks = made->network->segment(blobs.picture(), {128, 64, 256, 128});
+  const auto masks = made->network->segment({blobs.picture()}, {128, 64, 256, 128});
   ASSERT_TRUE(masks) << masks.error().message;
   ASSERT_EQ(masks->size(), 1U);
   expect_covers((*masks)[0], inside);
@@ -297,7 +390,7 @@ TEST(InstanceNetwork, WhatEndsWithThePictureIsNotCutByThePart) {
   ASSERT_TRUE(made) << made.error().message;
   const PixelBox at_border{232, 80, 256, 104};
   const Blobs blobs = Blobs(1, 256, 128).add(at_border, kWhite);
-  const auto masks = made->network->segment(blobs.picture(), {128, 64, 256, 128});
+  const auto masks = made->network->segment({blobs.picture()}, {128, 64, 256, 128});
   ASSERT_EQ(masks->size(), 1U);
   expect_covers((*masks)[0], at_border);
 }
@@ -306,7 +399,7 @@ TEST(InstanceNetwork, PartsThatAreNotInThePictureAreRefused) {
   const Result<Network> made = make(model("yolov8-seg.onnx", ModelFamily::kYolov8Seg));
   const Blobs blobs(1);
   for (const PixelBox& part : {PixelBox{}, PixelBox{-1, 0, 10, 10}, PixelBox{0, 0, kWidth, kHeight + 1}}) {
-    EXPECT_EQ(made->network->segment(blobs.picture(), part).error().code, ErrorCode::kInvalidArgument);
+    EXPECT_EQ(made->network->segment({blobs.picture()}, part).error().code, ErrorCode::kInvalidArgument);
   }
 }
 

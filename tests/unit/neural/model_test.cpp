@@ -65,6 +65,16 @@ TEST(ModelConfig, ASizeThatFollowsThePicturesIsForModelsThatCanHaveAny) {
   expect_refused(model, "input.pixels");
 }
 
+TEST(ModelConfig, DisparitiesAreForNetworksMadeForThem) {
+  ModelConfig model = good();
+  model.input.colours = InputColours::kGray;
+  model.input.disparity = true;
+  EXPECT_EQ(model.input.channels(), 2);
+  expect_refused(model, "input.disparity is for models of the family kinetrace-seg");
+  model.family = ModelFamily::kKinetraceSeg;
+  EXPECT_TRUE(model.validate());
+}
+
 TEST(ModelInput, FollowsThePicturesWithinItsPixels) {
   ModelInput input;
   input.max_pixels = 245760;

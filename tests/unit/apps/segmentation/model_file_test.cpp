@@ -140,7 +140,17 @@ TEST_F(ModelFile, TheSizeOfItsInputMayFollowThePictures) {
   EXPECT_EQ(model->input.max_pixels, 245760);
 }
 
+TEST_F(ModelFile, DisparitiesMayBeAChannel) {
+  const auto model = read(
+      "family: kinetrace-seg\nmodel: net.onnx\nclasses: [car]\nuse: {car: vehicle}\n"
+      "input: {pixels: 245760, colours: gray, mean: [0], disparity: true}\n");
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_TRUE(model->input.disparity);
+  EXPECT_EQ(model->input.channels(), 2);
+}
+
 TEST_F(ModelFile, WhatIsWrongIsNamedWithItsLine) {
+  expect_refused("input: {disparity: 1}\n", "disparity must be one of: true, false", 1);
   expect_refused("model: a\nmodell: b\n", "unknown key \"modell\"", 2);
   expect_refused("model: a\nmodel: b\n", "already given in line 1", 2);
   expect_refused("family: yolov9\n",

@@ -56,9 +56,12 @@ class KINETRACE_API InstanceNetwork {
   /// The instances of a picture, in descending score, masks in its pixels; they live until the next call. Errors:
   /// kInvalidArgument (picture larger than planned), kInternal (the runtime failed).
   [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const Picture& picture);
+  /// The same with the other camera's picture, used by networks with a channel of disparities. Errors: as above, and
+  /// kInvalidArgument (pictures of different sizes).
+  [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const StereoPicture& pictures);
   /// Segments a part of the picture, scaled to fill the input: smaller objects are found. Objects cut by the part's
   /// border are dropped. Errors: as above, and kInvalidArgument (a part that is not in the picture).
-  [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const Picture& picture, const PixelBox& part_px);
+  [[nodiscard]] Result<std::span<const RunLengthMask>> segment(const StereoPicture& pictures, const PixelBox& part_px);
 
   [[nodiscard]] const NetworkCounters& counters() const noexcept;
 

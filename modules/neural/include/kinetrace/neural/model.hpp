@@ -41,20 +41,24 @@ enum class InputFit : std::uint8_t {
   kStretch,    ///< Scaled in each direction independently.
 };
 
-/// The input tensor: [1, channels, height, width], values (grey * scale - mean) / deviation.
+/// The input tensor: [1, channels, height, width], values (grey * scale - mean) / deviation, disparities last.
 struct KINETRACE_API ModelInput {
   int width_px = 640;
   int height_px = 640;
   /// Above 0: the size follows the pictures instead, with at most so many pixels. For kKinetraceSeg.
   int max_pixels = 0;
   InputColours colours = InputColours::kRgb;
+  /// Adds a channel of disparities, see neural/src/disparity_channel.hpp; 0 without the other camera's picture. For
+  /// kKinetraceSeg.
+  bool disparity = false;
   InputFit fit = InputFit::kLetterbox;
   float scale = 1.F / 255.F;
   std::array<float, 3> mean{0.F, 0.F, 0.F};  ///< In the order of `colours`.
   std::array<float, 3> deviation{1.F, 1.F, 1.F};
   int pad = 114;  ///< Grey level of the border, before scaling.
 
-  [[nodiscard]] int channels() const noexcept { return colours == InputColours::kGray ? 1 : 3; }
+  [[nodiscard]] int colour_channels() const noexcept { return colours == InputColours::kGray ? 1 : 3; }
+  [[nodiscard]] int channels() const noexcept { return colour_channels() + (disparity ? 1 : 0); }
   /// Input with a given width and height, for pictures of this size: the widest in multiples of 32 that is no wider
   /// than the pictures, holds all of them, and has at most `max_pixels` and 4096 on either side; pictures that are too
   /// long and narrow for that are scaled down into it. Unchanged if `max_pixels` is 0.

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "kinetrace/core/image_view.hpp"
+#include "kinetrace/core/instance_masks.hpp"
 
 namespace kinetrace::neural {
 
@@ -29,6 +30,13 @@ struct Picture {
   [[nodiscard]] const std::uint8_t* row(int y) const noexcept {
     return data + static_cast<std::ptrdiff_t>(y) * stride_bytes;
   }
+};
+
+/// A picture, and the other camera's of the same size in a rectified pair; without it, disparities are unknown.
+struct StereoPicture {
+  Picture picture;
+  Picture other{};
+  View view = View::kLeft;  ///< Of `picture`.
 };
 
 }  // namespace kinetrace::neural
