@@ -148,6 +148,23 @@ def degrade(sample: Sample, random: np.random.Generator) -> np.ndarray:
     return levels
 
 
+def disguise(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Grey levels that say little about the objects, so that the network learns to see them by their disparities, too.
+
+    Simulated objects can be recognised by their grey levels alone; real ones look different, but have the same shape.
+    """
+    if random.random() < 0.3:
+        nodes = np.linspace(0, 1, int(random.integers(3, 7)))
+        return np.interp(levels, nodes, random.random(len(nodes))).astype(np.float32)
+    texture = np.full(levels.shape, random.random(), np.float32)
+    for _ in range(random.integers(0, 4)):
+        texture += np.float32(random.uniform(0, 0.3)) * _noise(levels.shape, np.exp(random.uniform(0.5, 5.0)), random)
+    where = np.float32(1)
+    if random.random() < 0.65:
+        where = np.maximum.reduce([_region(levels.shape, random) for _ in range(random.integers(1, 4))])
+    return np.clip(levels + (texture - levels) * where, 0, 1)
+
+
 def _noise(shape: tuple[int, ...], cells: float, random: np.random.Generator) -> np.ndarray:
     """Smooth noise of mean 0 and deviation about 1, with `cells` cells along the picture's height."""
     rows = max(2, round(cells))

@@ -26,6 +26,8 @@ SHAPES = (((192, 320), 0.3, 16), ((192, 640), 0.25, 8), ((256, 832), 0.25, 5), (
 
 # Fraction of the pictures with instances pasted from another one.
 PASTED = 0.5
+# Fraction of the pictures with disparities whose grey levels say little.
+DISGUISED = 0.25
 
 
 class Files(NamedTuple):
@@ -134,6 +136,8 @@ class Batches(torch.utils.data.Dataset):
                 augment.paste(sample, augment.cut(other, height, width, random), random)
             levels = augment.degrade(sample, random)
             disparities = augment.degrade_disparities(sample.disparities, random)
+            if disparities.any() and random.random() < DISGUISED:
+                levels = augment.disguise(levels, random)
             pictures.append(torch.from_numpy(np.stack((levels, stereo.encoded(disparities)))))
             objects.append(objects_in(sample.instances))
         return Batch(torch.stack(pictures), objects)

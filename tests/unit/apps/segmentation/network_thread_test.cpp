@@ -74,6 +74,42 @@ TEST(NetworkThread, AnswersForBothCameras) {
   EXPECT_GT((*network)->counters().median_ms, 0.0);
 }
 
+// The network sees nothing but large disparities.
+TEST(NetworkThread, GivesTheNetworkBothViewsForDisparities) {
+  NetworkThreadConfig stereo = config(true);
+  stereo.model.family = neural::ModelFamily::kKinetraceSeg;
+  stereo.model.file = std::string(KINETRACE_MODELS) + "/kinetrace-seg-stereo.onnx";
+  stereo.model.input.colours = neural::InputColours::kGray;
+  stereo.model.input.disparity = true;
+  const auto network = NetworkThread::create(stereo, kGeometry);
+  ASSERT_TRUE(network) << network.error().message;
+  constexpr int kShift_px = 24;
+  const auto textured = [](int shift_px) {
+    std::vector<std::uint8_t> image;
+    for (int y = 0; y < kGeometry.height_px; ++y) {
+      for (int x = shift_px; x < kGeometry.width_px + shift_px; ++x) {
+        const unsigned mixed = static_cast<unsigned>(x / 2 * 7919 + y / 2 * 104729) * 2654435761U;
+        image.push_back(static_cast<std::uint8_t>(mixed >> 24U));
+      }
+    }
+    return image;
+  };
+  const std::vector<std::uint8_t> left = textured(0);
+  const std::vector<std::uint8_t> right = textured(kShift_px);
+  const auto view = [](const std::vector<std::uint8_t>& image) {
+    return GrayView{image.data(), kGeometry.width_px, kGeometry.height_px, kGeometry.width_px};
+  };
+  RectifiedPair pair;
+  pair.left = view(left);
+  pair.right = view(right);
+  pair.geometry = kGeometry;
+  (*network)->offer(pair, {});
+  EXPECT_FALSE((*network)->take().masks->left.empty());
+  pair.right = view(left);
+  (*network)->offer(pair, {});
+  EXPECT_TRUE((*network)->take().masks->left.empty());
+}
+
 TEST(NetworkThread, OfARegionOnlyWhatTheLeftCameraSeesThere) {
   const auto network = NetworkThread::create(config(true, true), kGeometry);
   ASSERT_TRUE(network) << network.error().message;
