@@ -1,5 +1,6 @@
 """Rendered recordings in memory, and random training batches from them."""
 
+import functools
 import multiprocessing.pool
 import pathlib
 from typing import Iterable, NamedTuple
@@ -116,11 +117,18 @@ def objects_in(instances: np.ndarray) -> Objects:
 
 
 class Batches(torch.utils.data.Dataset):
-    """Endless random batches; the same number is always the same batch."""
+    """Endless random batches; the same number is always the same batch.
 
-    def __init__(self, views: list[augment.View], seed: int) -> None:
-        self._views = views
+    The process that asks for the first one loads the views: a worker, so that gigabytes of them do not slow down the training process.
+    """
+
+    def __init__(self, recordings: list[pathlib.Path], seed: int) -> None:
+        self._recordings = recordings
         self._seed = seed
+
+    @functools.cached_property
+    def _views(self) -> list[augment.View]:
+        return load(self._recordings)
 
     def __len__(self) -> int:
         return 1 << 30

@@ -10,7 +10,6 @@ import torch
 from torch import Tensor, nn
 
 from adopt import adopt
-from augment import View
 from dataset import Batch, Batches
 from losses import Losses, losses
 from network import Network, Prediction
@@ -134,21 +133,24 @@ def mean_of(before: Network, after: Network, pictures: list[Tensor]) -> Network:
     return mean.eval()
 
 
-def train(views: list[View], steps: int, checkpoint: pathlib.Path, model: pathlib.Path | None = None) -> Network:
-    """Trains until step `steps`, counting those before `checkpoint`; returns the averaged network.
+def train(recordings: list[pathlib.Path], steps: int, checkpoint: pathlib.Path, model: pathlib.Path | None = None) -> Network:
+    """Trains on simulated recordings until step `steps`, counting those before `checkpoint`; returns the averaged network.
 
     With an ONNX file `model` it begins with its weights, unless there is a checkpoint, and returns the mean of them and those after
     the training.
     """
     state = new_state()
-    pictures: list[Tensor] = []
+    first = restore(checkpoint, state)
+    for_statistics = range(STATISTICS_BATCHES if model else 0)
+    batches = iter(torch.utils.data.DataLoader(Batches(recordings, SEED), batch_size=None, num_workers=1,
+                                               sampler=[*for_statistics, *range(first, steps)]))
+    pictures = [next(batches).pictures for _ in for_statistics]
     before = None
     if model:
-        pictures = [Batches(views, SEED)[number].pictures for number in range(STATISTICS_BATCHES)]
-        adopt(state.network, model, pictures)
-        before = copy.deepcopy(state.network)
-    first = restore(checkpoint, state)
-    batches = torch.utils.data.DataLoader(Batches(views, SEED), batch_size=None, num_workers=1, sampler=range(first, steps))
+        before = Network()
+        adopt(before, model, pictures)
+        if first == 0:
+            state.network.load_state_dict(before.state_dict())
     highest = CONTINUED_RATE if model else 1.0
     state.network.train()
     begin = time.monotonic()
