@@ -17,7 +17,7 @@ int main(int, char** argv) {
   neural::ModelConfig model;
   model.family = neural::ModelFamily::kKinetraceSeg;
   model.file = argv[1];
-  model.input = {.max_pixels = 245760, .colours = neural::InputColours::kGray};
+  model.input = {.max_pixels = 245760, .colours = neural::InputColours::kGray, .disparity = true};
   model.classes = {{"vehicle", kVehicleClass, 0.4F}, {"person", kPedestrianClass, 0.4F}};
   const imaging::ImageInfo size = must(imaging::read_image_info(argv[2]));
   const neural::NetworkOptions options{.max_width_px = size.width, .max_height_px = size.height};

@@ -216,6 +216,7 @@ TEST(InstanceNetwork, TheOneThatComesAlongIsComputed) {
   config.file = KINETRACE_OWN_NETWORK;
   config.input.max_pixels = kWidth * kHeight;
   config.input.colours = InputColours::kGray;
+  config.input.disparity = true;
   const Result<Network> made = make(config);
   ASSERT_TRUE(made) << made.error().message;
   EXPECT_TRUE(made->network->segment(Blobs(1).picture()));
