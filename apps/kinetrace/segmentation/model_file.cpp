@@ -296,8 +296,9 @@ std::optional<std::string> model_caution(const ModelConfig& model, const fs::pat
     return std::nullopt;
   }
   return model.file +
-         " was trained on rendered pictures alone and misses much of real ones; give a network that was trained on "
-         "pictures like these (--segmentation onnx:MODEL.yaml, segment --model), see modules/neural/README.md";
+         " was trained on rendered pictures alone and finds fewer objects in real ones, people most of all; give a "
+         "network that was trained on pictures like these (--segmentation onnx:MODEL.yaml, segment --model), see "
+         "modules/neural/README.md";
 }
 
 Result<ModelConfig> load_model(const fs::path& path) {

@@ -42,9 +42,10 @@ class Blobs {
   }
   [[nodiscard]] Blobs mirrored() const {
     Blobs other(channels_, width_, height_);
-    for (std::size_t row = 0; row < samples_.size(); row += static_cast<std::size_t>(width_ * channels_)) {
-      const auto from = samples_.begin() + static_cast<std::ptrdiff_t>(row);
-      std::reverse_copy(from, from + width_ * channels_, other.samples_.begin() + static_cast<std::ptrdiff_t>(row));
+    const auto row_samples = static_cast<std::ptrdiff_t>(width_) * channels_;
+    for (std::ptrdiff_t y = 0; y < height_; ++y) {
+      const auto from = samples_.begin() + y * row_samples;
+      std::reverse_copy(from, from + row_samples, other.samples_.begin() + y * row_samples);
     }
     return other;
   }
