@@ -48,8 +48,8 @@ struct KINETRACE_API ModelInput {
   /// Above 0: the size follows the pictures instead, with at most so many pixels. For kKinetraceSeg.
   int max_pixels = 0;
   InputColours colours = InputColours::kRgb;
-  /// Adds a channel of disparities, see neural/src/disparity_channel.hpp; 0 without the other camera's picture. For
-  /// kKinetraceSeg.
+  /// Adds a channel of the pair's disparities d, matched at half the input's size: log2(1 + d) / 7, d in pixels of the
+  /// input; 0 where unknown, and without the other camera's picture. For kKinetraceSeg.
   bool disparity = false;
   InputFit fit = InputFit::kLetterbox;
   float scale = 1.F / 255.F;
