@@ -288,6 +288,11 @@ TEST_F(NetworkRun, SegmentUsesTheRightPicturesForDisparities) {
   const ProgramResult single = run_kinetrace(
       {"segment", recording_.image(0, 0).string(), "--model", yaml.string(), "--out", out("single").string()});
   EXPECT_THAT(single.out, HasSubstr(": 0 instances")) << "this network sees nothing but disparities";
+  recording_.write_image_of_size(1, 0, 100, 300);
+  const ProgramResult other_size = run_kinetrace({"segment", recording_.image(0, 0).string(), "--right", right,
+                                                  "--model", yaml.string(), "--out", out("other_size").string()});
+  EXPECT_EQ(other_size.exit_code, kBadData);
+  EXPECT_THAT(other_size.err, HasSubstr(recording_.image(1, 0).string() + ": is 100x300 pixels, and "));
   fs::remove(recording_.image(1, 1));
   const ProgramResult missing = run_kinetrace({"segment", recording_.image(0, 1).string(), "--right", right, "--model",
                                                yaml.string(), "--out", out("missing").string()});

@@ -165,7 +165,12 @@ Outcome<void> write_results(const SegmentOptions& options, const fs::path& file,
   return written ? Outcome<void>() : failure(written.error());
 }
 
-/// Reads a picture and, with --right, the one of the same name. Errors: those of PictureFiles::read.
+std::string size_text(GrayView image) {
+  return std::to_string(image.width) + "x" + std::to_string(image.height);
+}
+
+/// Reads a picture and, with --right, the one of the same name. Errors: those of PictureFiles::read, and kBadFormat (of
+/// another size).
 class PairReader {
  public:
   explicit PairReader(fs::path right) : right_(std::move(right)) {}
@@ -182,8 +187,18 @@ class PairReader {
     if (right_.empty()) {
       return Pair{*left, {}};
     }
-    const Result<PictureFiles::Loaded> right = right_files_.read(right_ / file.filename());
-    return right ? Result<Pair>(Pair{*left, right->picture}) : Unexpected(right.error());
+    const fs::path right_file = right_ / file.filename();
+    const Result<PictureFiles::Loaded> right = right_files_.read(right_file);
+    if (!right) {
+      return Unexpected(right.error());
+    }
+    const GrayView& a = left->gray;
+    const GrayView& b = right->gray;
+    if (a.width != b.width || a.height != b.height) {
+      return fail(ErrorCode::kBadFormat, right_file.string() + ": is " + size_text(b) + " pixels, and " +
+                                             file.string() + " " + size_text(a) + "; give the pictures of one pair");
+    }
+    return Pair{*left, right->picture};
   }
 
  private:
