@@ -149,9 +149,9 @@ def degrade(sample: Sample, random: np.random.Generator) -> np.ndarray:
 
 
 def disguise(levels: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Grey levels that say little about the objects, so that the network learns to see them by their disparities, too.
+    """Grey levels that say little about the objects: the rest of them and their disparities have to do.
 
-    Simulated objects can be recognised by their grey levels alone; real ones look different, but have the same shape.
+    Simulated objects can be recognised by any part of their grey levels; real ones look different, but have the same shape.
     """
     if random.random() < 0.3:
         nodes = np.linspace(0, 1, int(random.integers(3, 7)))

@@ -1,7 +1,6 @@
 // Disparities of a rectified pair as a channel of the network's input.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 

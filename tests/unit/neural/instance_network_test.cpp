@@ -264,30 +264,28 @@ ModelConfig stereo_model() {
   return config;
 }
 
-TEST(InstanceNetwork, SeesWhatIsNearInAPair) {
+/// One instance in the pair, at this place of its picture.
+void expect_seen(const StereoPicture& pictures, const PixelBox& near) {
   const Result<Network> made = make(stereo_model());
   ASSERT_TRUE(made) << made.error().message;
-  const PixelBox near{64, 24, 88, 48};
-  const Pair pair = textured_pair(near);
-  const auto masks = made->network->segment({pair.left.picture(), pair.right.picture()});
+  const auto masks = made->network->segment(pictures);
   ASSERT_TRUE(masks) << masks.error().message;
   ASSERT_EQ(masks->size(), 1U);
   EXPECT_GT(coverage((*masks)[0], near).inside, 0.6);
   EXPECT_LT(coverage((*masks)[0], near).outside, 0.3);
 }
 
+TEST(InstanceNetwork, SeesWhatIsNearInAPair) {
+  const PixelBox near{64, 24, 88, 48};
+  const Pair pair = textured_pair(near);
+  expect_seen({pair.left.picture(), pair.right.picture()}, near);
+}
+
 TEST(InstanceNetwork, SeesTheSameInAMirroredRightPicture) {
-  const Result<Network> made = make(stereo_model());
-  ASSERT_TRUE(made) << made.error().message;
   const Pair pair = textured_pair({64, 24, 88, 48});
   const Blobs picture = pair.left.mirrored();
   const Blobs other = pair.right.mirrored();
-  const auto masks = made->network->segment({picture.picture(), other.picture(), View::kRight});
-  ASSERT_TRUE(masks) << masks.error().message;
-  ASSERT_EQ(masks->size(), 1U);
-  const PixelBox near{kWidth - 88, 24, kWidth - 64, 48};
-  EXPECT_GT(coverage((*masks)[0], near).inside, 0.6);
-  EXPECT_LT(coverage((*masks)[0], near).outside, 0.3);
+  expect_seen({picture.picture(), other.picture(), View::kRight}, {kWidth - 88, 24, kWidth - 64, 48});
 }
 
 TEST(InstanceNetwork, WithoutAPairDisparitiesAreUnknown) {
