@@ -35,6 +35,8 @@ constexpr float kStepDepthM = 1.5F;
 constexpr int kGapCells = 2;
 /// Vehicles are at most this wide (Council Directive 96/53/EC).
 constexpr float kMaxWidthM = 2.6F;
+/// Parts of one vehicle that are not known to be one are no farther apart than a van is long.
+constexpr float kMaxLengthM = 7.F;
 /// Of the direction of a vehicle's motion from its axis, in a bend.
 constexpr float kSlipSigmaRad = 0.1F;
 
@@ -256,12 +258,11 @@ bool MotionClusters::side_by_side(const MotionAxes& axes, std::size_t i, std::si
   return std::abs(axes.across.dot(b - a)) > kMaxWidthM + 2.F * std::sqrt(variance);
 }
 
-// True if clusters `a` and `b` lie on one tracked body, and their two nearest features are not separated.
+// True if clusters `a` and `b` lie on one tracked body, or are no larger than a van together, and their two nearest
+// features are not separated.
 bool MotionClusters::belong_together(std::int16_t a, std::int16_t b) const {
   const std::uint8_t body = clusters_[static_cast<std::size_t>(a)].body;
-  if (body == kBackgroundLabel || body != clusters_[static_cast<std::size_t>(b)].body) {
-    return false;
-  }
+  const bool one_body = body != kBackgroundLabel && body == clusters_[static_cast<std::size_t>(b)].body;
   const MotionCluster& first = clusters_[static_cast<std::size_t>(a)];
   const MotionAxes axes = axes_of(first.velocity_mps, first.covariance);
   float nearest_sq = std::numeric_limits<float>::max();
@@ -272,7 +273,7 @@ bool MotionClusters::belong_together(std::int16_t a, std::int16_t b) const {
       if (cluster_of_[j] != b) {
         continue;
       }
-      if (side_by_side(axes, i, j)) {
+      if (side_by_side(axes, i, j) || (!one_body && (position_m(j) - position_m(i)).norm() > kMaxLengthM)) {
         return false;
       }
       const float distance_sq = (features_[i].left_px - features_[j].left_px).squaredNorm();

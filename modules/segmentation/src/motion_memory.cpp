@@ -29,6 +29,7 @@ MotionMemory::MotionMemory(const MotionConfig& config, int max_features, Arena& 
     : config_(config),
       memory_(arena.take<Membership>(static_cast<std::size_t>(max_features))),
       regions_(arena, kMaxRegions),
+      joined_(arena, kMaxRegions),
       region_of_(arena, static_cast<std::size_t>(max_features)),
       region_of_blob_(arena, MovingBlobs::kMaxBlobs),
       has_moved_with_region_(arena, static_cast<std::size_t>(max_features)) {}
@@ -36,6 +37,7 @@ MotionMemory::MotionMemory(const MotionConfig& config, int max_features, Arena& 
 void MotionMemory::reset() noexcept {
   std::fill(memory_.begin(), memory_.end(), Membership{});
   regions_.clear();
+  joined_.clear();
   region_of_.clear();
   has_moved_with_region_.clear();
   region_of_blob_.clear();
@@ -127,7 +129,7 @@ void MotionMemory::memorise(std::span<const Feature> features, std::span<const F
 std::int16_t MotionMemory::index_of(std::uint32_t region_id) const noexcept {
   for (std::size_t r = 0; r < regions_.size(); ++r) {
     if (regions_[r].id == region_id) {
-      return static_cast<std::int16_t>(r);
+      return regions_[r].joined_to == 0 ? static_cast<std::int16_t>(r) : index_of(regions_[r].joined_to);
     }
   }
   return -1;
@@ -137,6 +139,7 @@ std::int16_t MotionMemory::index_of(std::uint32_t region_id) const noexcept {
 void MotionMemory::recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region) {
   region_of_.clear();
   has_moved_with_region_.clear();
+  joined_.clear();
   for (std::size_t i = 0; i < features.size(); ++i) {
     const Feature& feature = features[i];
     std::uint32_t region_id = inherited_region[i];
@@ -186,6 +189,7 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
     if (index < 0) {
       continue;
     }
+    join_parts(static_cast<std::size_t>(index), votes, cluster_of_feature);
     MotionRegion& region = regions_[static_cast<std::size_t>(index)];
     if (!region.moving) {  // clusters are sorted by size
       region.moving = true;
@@ -193,6 +197,26 @@ void MotionMemory::assign_clusters(std::span<const MotionCluster> clusters,
       region.votes += std::clamp(clusters[c].features - 1, kMinVotes, kMaxVotes);
       region.velocity_mps = clusters[c].velocity_mps;
       region.covariance = clusters[c].covariance;
+    }
+  }
+}
+
+// Regions become parts of region `whole` if most of their features in clusters are in the one that continues it.
+void MotionMemory::join_parts(std::size_t whole, const std::array<int, kMaxRegions>& votes,
+                              std::span<const std::int16_t> cluster_of_feature) {
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    const auto part = static_cast<std::int16_t>(r);
+    if (r == whole || votes[r] < kMinHeldFeatures || regions_[r].moving) {
+      continue;
+    }
+    int moving = 0;
+    for (std::size_t i = 0; i < region_of_.size(); ++i) {
+      moving += region_of_[i] == part && cluster_of_feature[i] >= 0 ? 1 : 0;
+    }
+    if (2 * votes[r] > moving) {
+      std::replace(region_of_.begin(), region_of_.end(), part, static_cast<std::int16_t>(whole));
+      regions_[r].joined_to = regions_[whole].id;
+      (void)joined_.push_back({.part = regions_[r].id, .whole = regions_[whole].id});  // as many places as regions
     }
   }
 }
@@ -240,9 +264,10 @@ void MotionMemory::drop_stale() {
       region.idle.add_frame(interval_ns_);
     }
     const bool confirmed = region.moving_frames >= config_.confirm_frames && region.votes >= kConfirmVotes;
-    const bool alive = confirmed
-                           ? !region.idle.exceeds(hold_ns) && (region.moving || region.features >= kMinHeldFeatures)
-                           : !region.idle.exceeds(kMaxUnconfirmedGap_ns);
+    const bool goes_on = confirmed
+                             ? !region.idle.exceeds(hold_ns) && (region.moving || region.features >= kMinHeldFeatures)
+                             : !region.idle.exceeds(kMaxUnconfirmedGap_ns);
+    const bool alive = goes_on && region.joined_to == 0;
     region.reported = confirmed && alive;
     new_index[r] = alive ? static_cast<std::int16_t>(kept) : std::int16_t{-1};
     if (alive) {

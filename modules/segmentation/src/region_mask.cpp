@@ -95,6 +95,7 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
     std::fill_n(best_.row(y), best_.width, 0.F);
   }
   candidates_.clear();
+  join_cells(memory.joined());
   for (std::size_t r = 0; r < memory.regions().size(); ++r) {
     const MotionRegion& region = memory.regions()[r];
     if (region.reported && region.beside != 0 && drawn(region.id) == nullptr) {

@@ -19,6 +19,14 @@ constexpr float kFittedNats = 1.5F;
 
 }  // namespace
 
+void RegionMask::join_cells(std::span<const JoinedRegion> joined) {
+  for (const JoinedRegion& region : joined) {
+    for (int cy = 0; cy < previous_.height; ++cy) {
+      std::replace(previous_.row(cy), previous_.row(cy) + previous_.width, region.part, region.whole);
+    }
+  }
+}
+
 void RegionMask::take_over_cells(std::size_t region, std::span<const Feature> features, const MotionMemory& memory) {
   const MotionRegion& own = memory.regions()[region];
   for (int cy = 0; cy < previous_.height; ++cy) {

@@ -19,6 +19,8 @@ constexpr std::size_t kMaxFeaturesPerObject = 256;
 constexpr double kMinMatchOverlap = 0.6;
 /// Minimum part on the whole prediction of a detection that is a fragment of it.
 constexpr double kMinFragmentFraction = 0.5;
+/// The background keeps half of the image, which the camera's pose needs: a prediction that takes more is mostly wrong.
+constexpr double kMaxPredictedPart = 0.5;
 /// An image larger than this is a mistake.
 constexpr int kMaxImageSidePx = 16384;
 
@@ -311,7 +313,8 @@ void StereoTracker::draw_left(const DetectionFrame& detections) noexcept {
       instance.track.area_px = detection.area_px;
       continue;
     }
-    if (instance.missed.exceeds(limits_.missed_ns)) {
+    if (instance.missed.exceeds(limits_.missed_ns) ||
+        instance.overlap.area_px > kMaxPredictedPart * width_px_ * height_px_) {
       // It waits for re-detection; its prediction is too uncertain to own pixels.
       instance.track.box_px = {};
       instance.track.area_px = 0;

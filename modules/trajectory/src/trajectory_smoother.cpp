@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "kinetrace/core/body_velocity.hpp"
+#include "velocity_fit.hpp"
 
 namespace kinetrace::trajectory {
 namespace {
@@ -36,6 +37,12 @@ bool rotation_unknown(const PathNode& node) {
 
 BodyVelocity differentiated_velocity(const PathNode& a, const PathNode& b) {
   return kinetrace::body_velocity(a.smoothed, b.smoothed, seconds(a, b));
+}
+
+Vector6d of_velocities(double rotation, double translation) {
+  Vector6d v;
+  v << Eigen::Vector3d::Constant(rotation), Eigen::Vector3d::Constant(translation);
+  return v;
 }
 
 }  // namespace
@@ -89,10 +96,9 @@ void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::siz
   }
 }
 
-void TrajectorySmoother::add_rest(std::span<const PathNode> path, std::size_t to, std::size_t fixed) noexcept {
+void TrajectorySmoother::add_velocity(std::span<const PathNode> path, std::size_t to, std::size_t fixed,
+                                      const Vector6d& weight) noexcept {
   const BodyVelocity velocity = differentiated_velocity(path[to - 1], path[to]);
-  Vector6d weight;
-  weight << Eigen::Vector3d::Constant(1.0 / kRestTurnSigma_radps), Eigen::Vector3d::Constant(1.0 / kRestSpeedSigma_mps);
   const Vector6d error = weight.cwiseProduct(velocity.value);
   const Matrix6d by_to = weight.asDiagonal() * velocity.by_to;
   BlockRow& row = rows_[to - fixed];
@@ -114,8 +120,11 @@ void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fi
     row = {Matrix6d::Zero(), Matrix6d::Zero(), Matrix6d::Zero(), Vector6d::Zero()};
     add_measurement(path[k], row);
   }
-  for (std::size_t k = std::max<std::size_t>(fixed, 1); prior.at_rest && k < path.size(); ++k) {
-    add_rest(path, k, fixed);
+  const Vector6d weight = prior.at_rest ? of_velocities(1.0 / kRestTurnSigma_radps, 1.0 / kRestSpeedSigma_mps)
+                                        : of_velocities(0.0, 1.0 / kSpeedPriorSigma_mps);
+  const std::size_t end = prior.at_rest ? path.size() : std::min<std::size_t>(path.size(), 2);
+  for (std::size_t k = std::max<std::size_t>(fixed, 1); k < end; ++k) {
+    add_velocity(path, k, fixed, weight);
   }
   for (std::size_t middle = 1; middle + 1 < path.size(); ++middle) {
     if (middle + 1 >= fixed) {
@@ -157,7 +166,7 @@ void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed, con
   for (PathNode& node : path.subspan(std::min(fixed, path.size()))) {
     node.smoothed = node.measured;
   }
-  if (path.size() < 3 || path.size() <= fixed) {
+  if (path.size() < 2 || path.size() <= fixed) {
     return;
   }
   if (std::all_of(path.begin(), path.end(), rotation_unknown)) {

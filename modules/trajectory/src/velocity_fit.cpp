@@ -9,7 +9,6 @@
 namespace kinetrace::trajectory {
 namespace {
 
-constexpr double kSpeedPrior_mps = 50.0;
 constexpr double kAccelerationPrior_mps2 = 20.0;
 // Weight of the given covariance against the residuals' chi-square, in rows.
 constexpr double kPriorDegreesOfFreedom = 3.0;
@@ -30,7 +29,7 @@ Polynomial<kOrder> fit(std::span<const PathPoint> points) {
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   Matrix information = Matrix::Zero();
   Vector rhs = Vector::Zero();
-  information.diagonal().template segment<3>(3).setConstant(1.0 / (kSpeedPrior_mps * kSpeedPrior_mps));
+  information.diagonal().template segment<3>(3).setConstant(1.0 / (kSpeedPriorSigma_mps * kSpeedPriorSigma_mps));
   if constexpr (kOrder == 2) {
     // The coefficient is half the acceleration.
     information.diagonal().template segment<3>(6).setConstant(4.0 /

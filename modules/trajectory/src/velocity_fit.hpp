@@ -7,6 +7,9 @@
 
 namespace kinetrace::trajectory {
 
+/// Prior standard deviation of velocities: wide, so that it matters only where errors of depth explain any velocity.
+inline constexpr double kSpeedPriorSigma_mps = 50.0;
+
 struct PathPoint {
   double time_s = 0.0;  ///< Relative to the time of interest.
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();

@@ -94,6 +94,19 @@ TEST_F(AlikeVehicles, ATruckIsOne) {
   EXPECT_FALSE(found[0].split);
 }
 
+// Its side is plain.
+TEST_F(AlikeVehicles, ATruckWithFeaturesAtItsEndsIsOne) {
+  add_vehicle(-4.F, -1.5F, 10.F, 10.2F, kOncoming_mps);
+  add_vehicle(-1.6F, -1.5F, 16.F, 16.2F, kOncoming_mps);
+  EXPECT_EQ(find().size(), 1U);
+}
+
+TEST_F(AlikeVehicles, OneBehindTheOtherAreTwo) {
+  add_vehicle(-4.F, -2.F, 10.F, 14.F, kOncoming_mps);
+  add_vehicle(-4.F, -2.F, 22.F, 26.F, kOncoming_mps);
+  EXPECT_EQ(find().size(), 2U);
+}
+
 // Its length is across the camera's view, and along its motion.
 TEST_F(AlikeVehicles, ACrossingTruckIsOne) {
   for (int k = 0; k < 20; ++k) {

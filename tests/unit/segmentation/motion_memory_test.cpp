@@ -99,30 +99,60 @@ TEST_P(MotionMemoryTest, AFeatureOnTheMaskOfAStoppedRegionLeavesItAfterTwoFifths
 
 INSTANTIATE_TEST_SUITE_P(Rates, MotionMemoryTest, ::testing::Values(10, 30));
 
-// Two vehicles side by side were one region until they were separated.
-TEST(MotionMemory, OfASplitClusterOnePartContinuesTheRegionAndTheOtherKnowsIt) {
-  Arena arena(1U << 16U);
-  MotionMemory memory(MotionConfig{}, 10, arena);
-  std::vector<Feature> features(10);
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    features[i].id = static_cast<std::uint32_t>(i) + 1;
-    features[i].slot = static_cast<std::uint16_t>(i);
+class TenFeatures : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (std::size_t i = 0; i < features_.size(); ++i) {
+      features_[i].id = static_cast<std::uint32_t>(i) + 1;
+      features_[i].slot = static_cast<std::uint16_t>(i);
+    }
   }
-  const std::vector<FeatureMotion> motions(features.size(), FeatureMotion{.known = true});
-  const std::vector<std::uint32_t> none(features.size(), 0);
-  const auto step = [&](const std::vector<MotionCluster>& clusters, const std::vector<std::int16_t>& cluster_of) {
-    memory.begin(100'000'000, features, none);
-    memory.update(features, motions, clusters, cluster_of, none);
-    memory.conclude(features, motions);
-  };
+
+  void step(const std::vector<MotionCluster>& clusters, const std::vector<std::int16_t>& cluster_of_feature) {
+    const std::vector<FeatureMotion> motions(features_.size(), FeatureMotion{.known = true});
+    const std::vector<std::uint32_t> none(features_.size(), 0);
+    memory_.begin(100'000'000, features_, none);
+    memory_.update(features_, motions, clusters, cluster_of_feature, none);
+    memory_.conclude(features_, motions);
+  }
+
+  Arena arena_{1U << 16U};
+  MotionMemory memory_{MotionConfig{}, 10, arena_};
+  std::vector<Feature> features_ = std::vector<Feature>(10);
+};
+
+// Two vehicles side by side were one region until they were separated.
+TEST_F(TenFeatures, OfASplitClusterOnePartContinuesTheRegionAndTheOtherKnowsIt) {
   step({{.features = 10}}, std::vector<std::int16_t>(10, 0));
-  ASSERT_EQ(memory.regions().size(), 1U);
-  const std::uint32_t first_id = memory.regions()[0].id;
+  ASSERT_EQ(memory_.regions().size(), 1U);
+  const std::uint32_t first_id = memory_.regions()[0].id;
   step({{.features = 5, .split = true}, {.features = 5, .split = true}}, {0, 0, 0, 0, 0, 1, 1, 1, 1, 1});
-  ASSERT_EQ(memory.regions().size(), 2U);
-  EXPECT_EQ(memory.regions()[0].id, first_id);
-  EXPECT_EQ(memory.regions()[0].beside, 0U);
-  EXPECT_EQ(memory.regions()[1].beside, first_id);
+  ASSERT_EQ(memory_.regions().size(), 2U);
+  EXPECT_EQ(memory_.regions()[0].id, first_id);
+  EXPECT_EQ(memory_.regions()[0].beside, 0U);
+  EXPECT_EQ(memory_.regions()[1].beside, first_id);
+}
+
+// The front and the rear of a truck were two regions until one cluster held both.
+TEST_F(TenFeatures, OfTwoRegionsInOneClusterTheSmallerBecomesAPart) {
+  step({{.features = 5}, {.features = 4}}, {0, 0, 0, 0, 0, 1, 1, 1, 1, -1});
+  ASSERT_EQ(memory_.regions().size(), 2U);
+  const std::uint32_t front = memory_.regions()[0].id;
+  const std::uint32_t rear = memory_.regions()[1].id;
+  step({{.features = 8}}, {0, 0, 0, 0, 0, 0, 0, 0, -1, -1});
+  ASSERT_EQ(memory_.regions().size(), 1U);
+  EXPECT_EQ(memory_.regions()[0].id, front);
+  ASSERT_EQ(memory_.joined().size(), 1U);
+  EXPECT_EQ(memory_.joined()[0].part, rear);
+  EXPECT_EQ(memory_.joined()[0].whole, front);
+  EXPECT_EQ(memory_.region_of_feature()[8], 0);  // in no cluster
+}
+
+TEST_F(TenFeatures, ARegionThatIsInAnotherClusterForItsSmallerPartStays) {
+  step({{.features = 5}, {.features = 5}}, {0, 0, 0, 0, 0, 1, 1, 1, 1, 1});
+  step({{.features = 7}, {.features = 3}}, {0, 0, 0, 0, 0, 0, 0, 1, 1, 1});
+  EXPECT_EQ(memory_.regions().size(), 2U);
+  EXPECT_TRUE(memory_.joined().empty());
 }
 
 }  // namespace

@@ -52,6 +52,24 @@ TEST(StereoTracker, BridgesMissedDetectionsOfAGrowingObject) {
   EXPECT_EQ(scene.frame().tracks[0].state, TrackState::kPropagated);
 }
 
+// An object that would fill the image is detected: its prediction must not take the background from the camera's pose.
+TEST(StereoTracker, LeavesHalfOfTheImageToTheBackgroundWhateverItPredicts) {
+  TrackerScene scene;
+  Shape car{.x = 320.0, .y = 120.0, .half_width = 140.0, .half_height = 60.0};
+  int largest_px = 0;
+  for (int i = 0; i < 12; ++i) {
+    scene.detected = {i < 4};
+    scene.step(std::array{car});
+    if (i >= 4) {
+      largest_px = std::max(largest_px, area_of(scene.frame().left_labels, 1));
+    }
+    car.half_width *= 1.1;
+    car.half_height *= 1.1;
+  }
+  EXPECT_GT(largest_px, kWidth * kHeight / 3);
+  EXPECT_LE(largest_px, kWidth * kHeight / 2);
+}
+
 TEST(StereoTracker, BridgesMissedDetectionsWithTwoFeatures) {
   TrackerScene scene({}, 2);
   Shape car{.x = 200.0, .y = 110.0, .half_width = 40.0, .half_height = 30.0};

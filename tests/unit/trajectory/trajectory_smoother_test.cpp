@@ -71,12 +71,13 @@ class TrajectorySmootherTest : public ::testing::Test {
   TrajectorySmoother smoother_{TrajectoryConfig{}, kMaxNodes, arena_};
 };
 
+// But for the prior of the first velocity.
 TEST_F(TrajectorySmootherTest, LeavesAPathOfConstantBodyVelocityAsItIs) {
   std::vector<PathNode> nodes = path(kMaxNodes);
   smoother_.smooth(nodes, 0);
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Se3 truth = turning(kStep_s * static_cast<double>(k));
-    EXPECT_LT((nodes[k].smoothed.translation - truth.translation).norm(), 1e-6) << k;
+    EXPECT_LT((nodes[k].smoothed.translation - truth.translation).norm(), 1e-4) << k;
     EXPECT_LT((nodes[k].smoothed.rotation - truth.rotation).norm(), 1e-6) << k;
   }
 }
@@ -176,15 +177,28 @@ TEST_F(TrajectorySmootherTest, KeepsFinalNodesAndContinuesFromThem) {
   EXPECT_LT((nodes[2].smoothed.translation - turning(2 * kStep_s).translation).norm(), 0.03);
 }
 
-TEST_F(TrajectorySmootherTest, TakesMeasurementsAsTheyAreWhereNothingShowsAcceleration) {
+TEST_F(TrajectorySmootherTest, HardlyMovesTwoCertainPoses) {
   for (std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
     std::vector<PathNode> nodes = path(count);
     disturb(nodes, 3);
     smoother_.smooth(nodes, 0);
     for (const PathNode& node : nodes) {
-      EXPECT_EQ(node.smoothed.translation, node.measured.translation);
+      EXPECT_LT((node.smoothed.translation - node.measured.translation).norm(), 0.1 * kSigma_m);
     }
   }
+}
+
+// A far object whose depth is known to 15 m in both frames does not move at 150 m/s.
+TEST_F(TrajectorySmootherTest, DoesNotBelieveASpeedThatErrorsOfDepthExplain) {
+  std::vector<PathNode> nodes = path(2);
+  nodes[0].measured = {Eigen::Matrix3d::Identity(), {0.0, 0.0, 105.0}};
+  nodes[1].measured = {Eigen::Matrix3d::Identity(), {0.0, 0.0, 90.0}};
+  for (PathNode& node : nodes) {
+    node.covariance = covariance(kSigma_rad, 0.3);
+    node.covariance(5, 5) = 15.0 * 15.0;
+  }
+  smoother_.smooth(nodes, 0);
+  EXPECT_LT(body_velocity(nodes[0], nodes[1]).tail<3>().norm(), 10.0);
 }
 
 TEST_F(TrajectorySmootherTest, DoesNotTurnWhatWasNeverSeenToTurn) {

@@ -32,9 +32,9 @@ struct MotionCluster {
 /// velocity by theirs; features that fit both hypotheses are ignored. It does not grow across ground, a gap to farther
 /// surfaces, a step of depth, or into another known region. It becomes a cluster with enough features, or with fewer if
 /// the images around them agree (TemporalTest). A cluster wider across its motion than vehicles are is two, divided at
-/// the widest gap. Clusters on one tracked body with similar motion are joined, and features that fit a cluster's
-/// motion better than rest are added. Features on the ground (shadows, reflections) or higher than objects reach are
-/// excluded.
+/// the widest gap. Clusters with similar motion are joined if they lie on one tracked body or fit into one van;
+/// features that fit a cluster's motion better than rest are added. Features on the ground (shadows, reflections) or
+/// higher than objects reach are excluded.
 class MotionClusters {
  public:
   static constexpr std::size_t kMaxClusters = 64;

@@ -32,6 +32,14 @@ struct MotionRegion {
   int features = 0;       ///< In this frame.
   /// Region of the vehicle beside it that drives alike, of which it was a part before; 0 = none.
   std::uint32_t beside = 0;
+  /// Region that it became a part of in this frame, as they are one object; 0 = none.
+  std::uint32_t joined_to = 0;
+};
+
+/// A region that became a part of another one.
+struct JoinedRegion {
+  std::uint32_t part = 0;
+  std::uint32_t whole = 0;
 };
 
 /// A region is confirmed after `confirm_frames` frames of motion, or more if few features agreed on it, and retained by
@@ -50,7 +58,8 @@ class MotionMemory {
   void begin(std::int64_t interval_ns, std::span<const Feature> features,
              std::span<const std::uint32_t> inherited_region);
   /// Assigns each cluster to the region with most votes of its features, if these are at least a quarter of them and no
-  /// larger cluster of this frame continues that region; otherwise to a new one. `drawn_region`: id of the region on
+  /// larger cluster of this frame continues that region; otherwise to a new one. Another region becomes a part of it if
+  /// most of its features in clusters are in this one. `drawn_region`: id of the region on
   /// whose mask each feature was, in the frame before; used for features that were in none.
   void update(std::span<const Feature> features, std::span<const FeatureMotion> motions,
               std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
@@ -66,6 +75,8 @@ class MotionMemory {
   void reset() noexcept;
 
   [[nodiscard]] std::span<const MotionRegion> regions() const noexcept { return regions_.span(); }
+  /// Those that became parts of others in this frame; no longer in regions().
+  [[nodiscard]] std::span<const JoinedRegion> joined() const noexcept { return joined_.span(); }
   /// Index of each feature's region in regions(), -1 = none; parallel to the features of the last update.
   [[nodiscard]] std::span<const std::int16_t> region_of_feature() const noexcept { return region_of_.span(); }
   /// The same for the blobs of the last update.
@@ -87,6 +98,8 @@ class MotionMemory {
   [[nodiscard]] std::int16_t index_of(std::uint32_t region_id) const noexcept;
   void assign_clusters(std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
                        std::span<const std::uint32_t> drawn_region);
+  void join_parts(std::size_t whole, const std::array<int, kMaxRegions>& votes,
+                  std::span<const std::int16_t> cluster_of_feature);
   [[nodiscard]] std::int16_t region_of(std::size_t blob, std::uint32_t drawn_as,
                                        std::span<const std::int16_t> blob_of_feature) const;
   void add_known_features(std::span<const Feature> features, std::span<const FeatureMotion> motions,
@@ -100,6 +113,7 @@ class MotionMemory {
   std::uint32_t next_region_id_ = 1;
   std::span<Membership> memory_;
   FixedVector<MotionRegion> regions_;
+  FixedVector<JoinedRegion> joined_;
   FixedVector<std::int16_t> region_of_;
   FixedVector<std::int16_t> region_of_blob_;
   FixedVector<std::uint8_t> has_moved_with_region_;

@@ -83,6 +83,8 @@ class RegionMask {
   [[nodiscard]] std::uint32_t region_beside(int cx, int cy, float disparity_px) const noexcept;
   /// True if regions `other` (-1 = none) and `region` are vehicles beside each other that were one region.
   [[nodiscard]] static bool is_beside(const MotionMemory& memory, std::int16_t other, std::size_t region);
+  /// Gives regions that became parts of others to these, in the frame before.
+  void join_cells(std::span<const JoinedRegion> joined);
   /// Gives a region that is drawn for the first time those cells of the frame before that are nearer to its features
   /// than to those of the region beside it, as which they were drawn.
   void take_over_cells(std::size_t region, std::span<const Feature> features, const MotionMemory& memory);
