@@ -264,10 +264,10 @@ void MotionMemory::drop_stale() {
       region.idle.add_frame(interval_ns_);
     }
     const bool confirmed = region.moving_frames >= config_.confirm_frames && region.votes >= kConfirmVotes;
-    const bool goes_on = confirmed
-                             ? !region.idle.exceeds(hold_ns) && (region.moving || region.features >= kMinHeldFeatures)
-                             : !region.idle.exceeds(kMaxUnconfirmedGap_ns);
-    const bool alive = goes_on && region.joined_to == 0;
+    const bool continues = confirmed
+                               ? !region.idle.exceeds(hold_ns) && (region.moving || region.features >= kMinHeldFeatures)
+                               : !region.idle.exceeds(kMaxUnconfirmedGap_ns);
+    const bool alive = continues && region.joined_to == 0;
     region.reported = confirmed && alive;
     new_index[r] = alive ? static_cast<std::int16_t>(kept) : std::int16_t{-1};
     if (alive) {

@@ -189,7 +189,7 @@ TEST_F(TrajectorySmootherTest, HardlyMovesTwoCertainPoses) {
 }
 
 // A far object whose depth is known to 15 m in both frames does not move at 150 m/s.
-TEST_F(TrajectorySmootherTest, DoesNotBelieveASpeedThatErrorsOfDepthExplain) {
+TEST_F(TrajectorySmootherTest, RejectsASpeedThatErrorsOfDepthExplain) {
   std::vector<PathNode> nodes = path(2);
   nodes[0].measured = {Eigen::Matrix3d::Identity(), {0.0, 0.0, 105.0}};
   nodes[1].measured = {Eigen::Matrix3d::Identity(), {0.0, 0.0, 90.0}};
