@@ -116,13 +116,14 @@ TEST_F(TrajectoryBufferTest, LeavesThePathOfAnotherPointAlone) {
   }
 }
 
+// But for the wide prior of the first velocity.
 TEST_F(TrajectoryBufferTest, LearnsNothingFromBeforeTheReconstruction) {
   tell(FrameChange::kRefined, {3.0, 0.0, -30.0});
   const std::optional<PathEnd> end = smooth_all();
   ASSERT_TRUE(end);
-  EXPECT_NEAR(end->velocity.tail<3>().z(), kSpeed_mps, 1e-6);
-  EXPECT_LT((end->T_world_obj.translation - truth(kFrames - 1).translation).norm(), 1e-6);
-  EXPECT_LT(off_m(kBegins), 1e-6);
+  EXPECT_NEAR(end->velocity.tail<3>().z(), kSpeed_mps, 1e-4);
+  EXPECT_LT((end->T_world_obj.translation - truth(kFrames - 1).translation).norm(), 1e-4);
+  EXPECT_LT(off_m(kBegins), 1e-4);
 }
 
 TEST_F(TrajectoryBufferTest, PosesWithoutAReconstructionCountAsTheFewThatAreIndependent) {
