@@ -4,6 +4,7 @@
 #include <numbers>
 #include <utility>
 
+#include "kinetrace/tracking/track_instance.hpp"
 #include "object_state.hpp"
 
 namespace kinetrace::pipeline {
@@ -25,7 +26,7 @@ double gap_px(const Eigen::Vector2d& point_px, const PixelBox& box) {
 }  // namespace
 
 bool ObjectState::is_reid_candidate(const Track& redetected) const noexcept {
-  return alive() && life_.confirmed && life_.track.class_id == redetected.class_id &&
+  return alive() && life_.confirmed && tracking::classes_agree(life_.track.class_id, redetected.class_id) &&
          life_.track.missed_frames > redetected.age_frames;
 }
 

@@ -175,7 +175,9 @@ void StereoTracker::merge_tracks(std::uint8_t earlier, std::uint8_t redetected) 
   to.track.age_ns = from.track.age_ns;
   to.age = from.age;
   to.matched_frames += from.matched_frames;
+  from.votes.add(to.track.class_id);
   to.votes = from.votes;
+  to.track.class_id = to.votes.winner();
   if (from.prediction.known) {  // of this frame, from which its mask is
     to.prediction = to.mask_prediction = from.prediction;
   }

@@ -26,6 +26,28 @@ TEST_F(ObjectStateTest, APathThatIsGivenUpIsReplacedThoughAReconstructionBeginsA
   EXPECT_EQ(object_.frame_change(), FrameChange::kReplaced);
 }
 
+// While it is hidden, its predicted mask lies on its occluder.
+TEST_F(ObjectStateTest, StaysOnItsPathWhereOnlyAPredictedMaskLiesElsewhere) {
+  const std::vector<Feature> own = front({-1.5, 0.2, 12.0});
+  object_.begin(track(box_of(own)));
+  for (int frame = 0; frame < 9; ++frame) {
+    observe(object_, track(box_of(own)), own);
+  }
+  std::vector<Feature> occluder = of_another(front({-1.0, 0.13, 8.0}));
+  occluder.resize(4);
+  Track predicted = track(box_of(own), 1);
+  predicted.box_px = box_of(own);
+  predicted.area_px = predicted.box_px.width() * predicted.box_px.height();
+  for (int missed = 1; missed <= 6; ++missed) {
+    predicted.missed_frames = missed;
+    observe(object_, predicted, occluder);
+    EXPECT_EQ(object_.frame_change(), FrameChange::kNone) << missed;
+  }
+  ObjectResult last;
+  object_.report(last);
+  EXPECT_NEAR(last.T_world_obj.translation.z(), 12.0, 1.0);
+}
+
 // Detected again at the edge of an occluder, with two of the occluder's features on its mask.
 TEST_F(ObjectStateTest, KeepsItsIdentityWhereTheFewFeaturesOnItMayBeAnOccluders) {
   const std::vector<Feature> own = front({-1.5, 0.2, 12.0});
@@ -109,6 +131,17 @@ TEST_F(ObjectStateTest, IsNotWhatWasSeenBesideIt) {
   newer.age_frames = 5;
   EXPECT_FALSE(object_.position_evidence(stereo_at(center_m), newer, camera_)) << "first seen when this one was last";
   EXPECT_FALSE(other_.bearing_evidence(newer, camera_));
+}
+
+// Motion segmentation finds a part of it again, before a network does.
+TEST_F(ObjectStateTest, MayBeWhatIsSeenOfAnUnknownClass) {
+  const Eigen::Vector3d center_m(0.3, 0.2, 6.0);
+  const std::vector<Feature> features = front(center_m);
+  object_.begin(track(box_of(features)));
+  observe(object_, track(box_of(features)), features);
+  observe(object_, track({}, 1));
+  EXPECT_TRUE(object_.position_evidence(stereo_at(center_m), redetected({}, kUnknownClass), camera_));
+  EXPECT_FALSE(object_.position_evidence(stereo_at(center_m), redetected({}, kPedestrianClass), camera_));
 }
 
 TEST_F(ObjectStateTest, HandsItsNameAndItsBoxOver) {

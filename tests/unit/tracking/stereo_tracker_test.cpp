@@ -310,6 +310,24 @@ TEST(StereoTracker, TakesTheClassThatMostDetectionsHad) {
   EXPECT_EQ(scene.frame().tracks[0].class_id, kVehicleClass);
 }
 
+TEST(StereoTracker, HasTheClassOfBothAfterJoining) {
+  for (const bool was_known : {true, false}) {
+    TrackerScene scene;
+    Shape earlier{.x = 150.0, .y = 120.0};
+    Shape later{.x = 450.0, .y = 120.0};
+    (was_known ? later : earlier).class_id = kUnknownClass;
+    for (int i = 0; i < 3; ++i) {
+      scene.step(std::array{earlier});
+    }
+    scene.detected = {false, true};
+    scene.step(std::array{earlier, later});
+    ASSERT_EQ(scene.frame().tracks.size(), 2U);
+    scene.tracker().merge_tracks(scene.frame().tracks[0].slot, scene.frame().tracks[1].slot);
+    ASSERT_EQ(scene.tracker().tracks().size(), 1U);
+    EXPECT_EQ(scene.tracker().tracks()[0].class_id, kVehicleClass) << was_known;
+  }
+}
+
 TEST(StereoTracker, PassesIgnoredPixelsOn) {
   TrackerScene scene;
   const Shape car{.x = 200.0, .y = 100.0};
