@@ -28,6 +28,14 @@ constexpr double kUniformVariance = 1.0 / 12.0;    // Of a uniform distribution,
 /// More features do not improve their median: their errors are correlated.
 constexpr int kMaxSpreadFeatures = 8;
 
+/// Covariance of (rotation, position) of the origin, given that of the rotation and, independent of it, of the visible
+/// part: an error of the rotation moves the origin around that part, on an arm of `to_origin_m` (world axes).
+Matrix6d about_visible_part(const Matrix6d& covariance, const Eigen::Vector3d& to_origin_m) {
+  Matrix6d by_errors = Matrix6d::Identity();
+  by_errors.bottomLeftCorner<3, 3>() = -skew(to_origin_m);
+  return by_errors * covariance * by_errors.transpose();
+}
+
 double log_odds(double probability) {
   return std::log(probability / (1.0 - probability));
 }
@@ -83,7 +91,9 @@ void ObjectState::follow(const StereoObservation& observation, const CameraState
   const bool is_located = camera.valid && update_filter_by_position(observation, camera);
   identity_.T_world_obj = filter.pose();
   life_.covariance = filter.pose_covariance();
-  if (!identity_.reconstructed) {
+  if (identity_.reconstructed) {
+    life_.covariance = about_visible_part(life_.covariance, identity_.T_world_obj.rotation * identity_.to_origin_m);
+  } else {
     life_.covariance.topLeftCorner<3, 3>() =
         kUnknownRotationSigma_rad * kUnknownRotationSigma_rad * Eigen::Matrix3d::Identity();
     // Its origin will be at the centre of its points, anywhere on it.

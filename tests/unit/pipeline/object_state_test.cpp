@@ -96,6 +96,41 @@ TEST_F(ObjectStateTest, UnseenOnlyASignificantTurnContinues) {
   EXPECT_NEAR(turned_unseen_rad(other_, 0.3), 0.5 * 0.3, 0.01);
 }
 
+// A vehicle of which only the side is still seen: where that is has been measured, how it is turned has not.
+TEST_F(ObjectStateTest, AnErrorOfItsRotationMovesItsOriginButNotTheMeasuredPart) {
+  constexpr std::size_t kColumns = 5;
+  const std::vector<Feature> whole = front({0.0, 0.2, 12.0});
+  std::vector<Feature> side;
+  std::vector<Feature> edge;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    if (i % kColumns >= kColumns - 2) {
+      side.push_back(whole[i]);
+    }
+    if (i % kColumns == kColumns - 1) {
+      edge.push_back(whole[i]);
+    }
+  }
+  object_.begin(track(box_of(whole)));
+  for (int frame = 0; frame < 12; ++frame) {
+    observe(object_, track(box_of(whole)), frame < 10 ? whole : side);
+  }
+  ASSERT_EQ(object_.status(), BodyStatus::kTracked);
+  edge = of_another(edge);
+  for (int frame = 0; frame < 6; ++frame) {
+    observe(object_, track(box_of(edge)), edge);
+  }
+  ObjectResult last;
+  object_.report(last);
+  ASSERT_EQ(last.status, BodyStatus::kStereoOnly);
+  const StereoObservation seen = observe_stereo({.frame_index = 0, .timestamp_ns = 0, .features = edge}, kLabel, 0.0);
+  const Eigen::Vector3d to_side_m = position_in_camera(geometry_, seen) - last.T_world_obj.translation;
+  ASSERT_GT(to_side_m.x(), 0.3);
+  Matrix6d to_side = Matrix6d::Identity();
+  to_side.bottomLeftCorner<3, 3>() = -skew(to_side_m);
+  const Matrix6d of_side = to_side * last.covariance * to_side.transpose();
+  EXPECT_LT(of_side(5, 5), 0.2 * last.covariance(5, 5)) << "depth";
+}
+
 // The object leaves at the image border with a wrong velocity estimate; another vehicle enters there, and the track
 // switches to it.
 TEST_F(ObjectStateTest, DoesNotCoastAwayFromWhatIsSeen) {
