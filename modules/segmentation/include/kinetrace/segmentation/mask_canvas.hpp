@@ -14,7 +14,10 @@
 
 namespace kinetrace::segmentation {
 
-/// Draws the masks of one image, earlier ones over later ones, and turns them into detections.
+/// Draws the masks of one image, earlier ones over later ones, and turns them into detections. A mask that lies mostly
+/// on an earlier one is a second one of the same object, if both may be of the same class: the rest of it is ignored
+/// (Kirillov et al. 2019, Panoptic Feature Pyramid Networks, sec. 3). One of another class is in front and drawn over
+/// it, as a person before a vehicle.
 class MaskCanvas {
  public:
   /// Most masks of one image; those beyond are dropped and counted.
