@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 namespace kinetrace::segmentation {
 namespace {
@@ -25,28 +26,34 @@ void for_each_run(const RunLengthMask& mask, ImageView<std::uint16_t> image, Vis
   }
 }
 
-/// The drawn value that most pixels of the mask have, if more than half of them have it; else background.
-std::uint16_t prevailing_value(const RunLengthMask& mask, ImageView<std::uint16_t> image) noexcept {
-  std::array<std::uint32_t, MaskCanvas::kMaxMasks + 1> pixels{};
-  std::uint32_t all = 0;
-  for_each_run(mask, image, [&](const std::uint16_t* begin, const std::uint16_t* end) {
-    std::for_each(begin, end, [&](std::uint16_t value) { ++pixels[value]; });
-    all += static_cast<std::uint32_t>(end - begin);
-  });
-  const auto most = std::max_element(pixels.begin(), pixels.end());
-  return 2 * *most > all ? static_cast<std::uint16_t>(most - pixels.begin()) : std::uint16_t{kBackgroundLabel};
+bool may_be_same_class(std::uint16_t a, std::uint16_t b) noexcept {
+  return a != kIgnoreClass && b != kIgnoreClass && (a == b || a == kUnknownClass || b == kUnknownClass);
 }
 
-enum class Place : std::uint8_t { kBehind, kInFront, kDuplicate };
+/// What the masks before it, drawn as 1, 2, ..., have of a mask.
+struct Overlap {
+  bool is_duplicate = false;                ///< Those of its class have more than half of it.
+  std::uint16_t behind = kBackgroundLabel;  ///< The one of another class that has more than half of it.
+};
 
-/// Place of a mask relative to an earlier one that has most of its pixels.
-Place place_on(std::uint16_t earlier_class, const RunLengthMask& mask) noexcept {
-  if (earlier_class == kIgnoreClass || mask.class_id == kIgnoreClass) {
-    return Place::kBehind;
+Overlap overlap_with(std::span<const RunLengthMask> before, const RunLengthMask& mask,
+                     ImageView<std::uint16_t> image) noexcept {
+  std::array<std::uint32_t, MaskCanvas::kMaxMasks + 1> pixels{};
+  for_each_run(mask, image, [&](const std::uint16_t* begin, const std::uint16_t* end) {
+    std::for_each(begin, end, [&](std::uint16_t value) { ++pixels[value]; });
+  });
+  const std::uint32_t all = std::accumulate(pixels.begin(), pixels.end(), 0U);
+  std::uint32_t of_its_class = 0;
+  Overlap overlap;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    if (may_be_same_class(before[k].class_id, mask.class_id)) {
+      of_its_class += pixels[k + 1];
+    } else if (2 * pixels[k + 1] > all && before[k].class_id != kIgnoreClass && mask.class_id != kIgnoreClass) {
+      overlap.behind = static_cast<std::uint16_t>(k + 1);
+    }
   }
-  const bool may_be_same =
-      earlier_class == mask.class_id || earlier_class == kUnknownClass || mask.class_id == kUnknownClass;
-  return may_be_same ? Place::kDuplicate : Place::kInFront;
+  overlap.is_duplicate = 2 * of_its_class > all;
+  return overlap;
 }
 
 }  // namespace
@@ -63,14 +70,12 @@ void MaskCanvas::draw(std::span<const RunLengthMask> masks) noexcept {
   }
   listed_.clear();
   for (const RunLengthMask& mask : masks.first(std::min(masks.size(), listed_.capacity()))) {
-    const std::uint16_t owner = prevailing_value(mask, values_);
-    const Place place = owner == kBackgroundLabel ? Place::kBehind : place_on(listed_[owner - 1U].class_id, mask);
-    const std::uint16_t covered = place == Place::kInFront ? owner : std::uint16_t{kBackgroundLabel};
-    static_cast<void>(listed_.push_back({place == Place::kDuplicate ? kIgnoreClass : mask.class_id, mask.score}));
+    const Overlap overlap = overlap_with(masks.first(listed_.size()), mask, values_);
+    static_cast<void>(listed_.push_back({overlap.is_duplicate ? kIgnoreClass : mask.class_id, mask.score}));
     const auto value = static_cast<std::uint16_t>(listed_.size());
     for_each_run(mask, values_, [&](std::uint16_t* begin, std::uint16_t* end) {
-      std::replace_if(
-          begin, end, [covered](std::uint16_t drawn) { return drawn == kBackgroundLabel || drawn == covered; }, value);
+      std::replace(begin, end, std::uint16_t{kBackgroundLabel}, value);
+      std::replace(begin, end, overlap.behind, value);
     });
   }
   not_drawn_ = masks.size() - listed_.size();
