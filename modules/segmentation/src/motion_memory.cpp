@@ -126,10 +126,17 @@ void MotionMemory::memorise(std::span<const Feature> features, std::span<const F
   }
 }
 
+std::uint32_t MotionMemory::whole_of(std::uint32_t region_id) const noexcept {
+  const auto* const found = std::find_if(joined_.begin(), joined_.end(),
+                                         [region_id](const JoinedRegion& joined) { return joined.part == region_id; });
+  return found == joined_.end() ? region_id : whole_of(found->whole);
+}
+
 std::int16_t MotionMemory::index_of(std::uint32_t region_id) const noexcept {
+  const std::uint32_t whole_id = whole_of(region_id);
   for (std::size_t r = 0; r < regions_.size(); ++r) {
-    if (regions_[r].id == region_id) {
-      return regions_[r].joined_to == 0 ? static_cast<std::int16_t>(r) : index_of(regions_[r].joined_to);
+    if (regions_[r].id == whole_id) {
+      return static_cast<std::int16_t>(r);
     }
   }
   return -1;
@@ -215,7 +222,6 @@ void MotionMemory::join_parts(std::size_t whole, const std::array<int, kMaxRegio
     }
     if (2 * votes[r] > moving) {
       std::replace(region_of_.begin(), region_of_.end(), part, static_cast<std::int16_t>(whole));
-      regions_[r].joined_to = regions_[whole].id;
       (void)joined_.push_back({.part = regions_[r].id, .whole = regions_[whole].id});  // as many places as regions
     }
   }
@@ -267,7 +273,7 @@ void MotionMemory::drop_stale() {
     const bool continues = confirmed
                                ? !region.idle.exceeds(hold_ns) && (region.moving || region.features >= kMinHeldFeatures)
                                : !region.idle.exceeds(kMaxUnconfirmedGap_ns);
-    const bool alive = continues && region.joined_to == 0;
+    const bool alive = continues && whole_of(region.id) == region.id;
     region.reported = confirmed && alive;
     new_index[r] = alive ? static_cast<std::int16_t>(kept) : std::int16_t{-1};
     if (alive) {

@@ -32,8 +32,6 @@ struct MotionRegion {
   int features = 0;       ///< In this frame.
   /// Region of the vehicle beside it that drives alike, of which it was a part before; 0 = none.
   std::uint32_t beside = 0;
-  /// Region that it became a part of in this frame, as they are one object; 0 = none.
-  std::uint32_t joined_to = 0;
 };
 
 /// A region that became a part of another one.
@@ -95,6 +93,8 @@ class MotionMemory {
   };
 
   void recall(std::span<const Feature> features, std::span<const std::uint32_t> inherited_region);
+  /// The region of which it became a part in this frame, else itself.
+  [[nodiscard]] std::uint32_t whole_of(std::uint32_t region_id) const noexcept;
   [[nodiscard]] std::int16_t index_of(std::uint32_t region_id) const noexcept;
   void assign_clusters(std::span<const MotionCluster> clusters, std::span<const std::int16_t> cluster_of_feature,
                        std::span<const std::uint32_t> drawn_region);
