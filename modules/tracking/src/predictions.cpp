@@ -211,6 +211,34 @@ void StereoTracker::draw_predictions(LabelView detections) noexcept {
     });
     instance.predicted_px = drawn;
   }
+  erase_hidden();
+}
+
+void StereoTracker::erase_hidden() noexcept {
+  for (const TrackInstance& behind : slots_) {
+    if (!behind.alive() || behind.track.missed_frames == 0 || behind.prediction.disparity_px <= 0.0) {
+      continue;
+    }
+    for (const TrackInstance& front : slots_) {
+      if (front.alive() && front.track.missed_frames == 0 && front.prediction.volume &&
+          front.prediction.disparity_px > behind.prediction.disparity_px) {
+        erase_hidden(behind, *front.prediction.volume);
+      }
+    }
+  }
+}
+
+void StereoTracker::erase_hidden(const TrackInstance& behind, const PredictedVolume& front) noexcept {
+  const std::uint8_t label = behind.track.label();
+  const PixelBox box = behind.mask.current_box();
+  for (int y = box.y0; y < box.y1; ++y) {
+    std::uint8_t* const row = prediction_.row(y);
+    for (int x = box.x0; x < box.x1; ++x) {
+      if (row[x] == label && front.hides(Eigen::Vector2d(x, y), behind.prediction.disparity_px)) {
+        row[x] = kBackgroundLabel;
+      }
+    }
+  }
 }
 
 void StereoTracker::estimate_occlusion_order(const DetectionFrame& detections) noexcept {

@@ -127,5 +127,46 @@ TEST(HiddenMask, KeepsItsShapeWhileWhatHidesItIsNotDetected) {
   EXPECT_NEAR(scene.track_of(1)->visible_part, kVisiblePart, 0.12);
 }
 
+/// The box with these sides, px, at the wall's disparity; of a camera with a focal length of 1 px and a baseline of 1
+/// m.
+PredictedVolume box_before_the_car(double x0, double y0, double x1, double y1) {
+  PredictedVolume volume;
+  volume.half_size_m = Eigen::Vector3d(0.5 * (x1 - x0), 0.5 * (y1 - y0), 0.05) / kWall.disparity_px;
+  volume.T_box_stereo << 1.0, 0.0, 0.0, -0.5 * (x0 + x1),  //
+      0.0, 1.0, 0.0, -0.5 * (y0 + y1),                     //
+      0.0, 0.0, -1.0 / kWall.disparity_px, 1.0,            //
+      0.0, 0.0, 1.0, 0.0;
+  return volume;
+}
+
+TEST(PredictedVolumeTest, HidesWhatIsBehindIt) {
+  const PredictedVolume volume = box_before_the_car(200.0, 60.0, 400.0, 150.0);
+  EXPECT_TRUE(volume.hides({300.0, 100.0}, kFarCar.disparity_px));
+  EXPECT_TRUE(volume.hides({205.0, 65.0}, kFarCar.disparity_px));
+  EXPECT_FALSE(volume.hides({300.0, 100.0}, 2.0 * kWall.disparity_px)) << "nearer";
+  EXPECT_FALSE(volume.hides({420.0, 100.0}, kFarCar.disparity_px)) << "beside it";
+}
+
+// The mask of the wall misses its upper part, behind which the car passes.
+TEST(HiddenMask, IsNotExpectedBehindTheBoxOfAnObjectWhoseMaskLacksAPart) {
+  for (const bool is_behind : {true, false}) {
+    TrackerScene scene({}, 24);
+    Shape car = kFarCar;
+    car.y = 70.0;
+    for (int i = 0; i < 4; ++i) {
+      scene.step(std::array{kWall, car});
+    }
+    scene.object_predictions = {
+        {.known = true, .point_px = {kWall.x, kWall.y}, .depth_m = 2.0, .disparity_px = kWall.disparity_px},
+        {.known = true, .point_px = {car.x, car.y}, .depth_m = 10.0, .disparity_px = car.disparity_px}};
+    scene.object_predictions[0].volume = box_before_the_car(is_behind ? 200.0 : 320.0, 50.0, 400.0, 150.0);
+    scene.detected = {true, false};
+    scene.step(std::array{kWall, car});
+    scene.step(std::array{kWall, car});
+    ASSERT_EQ(scene.frame().tracks.size(), 2U);
+    EXPECT_EQ(scene.frame().tracks[1].area_px == 0, is_behind);
+  }
+}
+
 }  // namespace
 }  // namespace kinetrace::tracking

@@ -24,6 +24,8 @@ struct PredictedVolume {
 
   /// Density of the object's points at a measured one, relative to that in a volume known exactly: 0 to 1.
   [[nodiscard]] double density_at(const Eigen::Vector2d& left_px, double disparity_px, double disparity_sigma_px) const;
+  /// Whether the box lies between the camera and a measured point.
+  [[nodiscard]] bool hides(const Eigen::Vector2d& left_px, double disparity_px) const;
 };
 
 /// A fixed point of an object, projected into the left image of the current frame by the predicted poses of object and

@@ -141,6 +141,9 @@ class StereoTracker {
   [[nodiscard]] static Similarity shift_of(TrackInstance& instance) noexcept;
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
   void draw_predictions(LabelView detections) noexcept;
+  /// Erases predicted pixels of undetected objects behind the boxes of detected ones, whose masks may lack parts.
+  void erase_hidden() noexcept;
+  void erase_hidden(const TrackInstance& behind, const PredictedVolume& front) noexcept;
   /// Occlusion order, from the detections where whole masks were expected.
   void estimate_occlusion_order(const DetectionFrame& detections) noexcept;
   void count_votes(LabelView detections, std::span<const Feature> features) noexcept;
