@@ -64,13 +64,14 @@ MaskCanvas::MaskCanvas(const StereoGeometry& geometry, int max_objects, Arena& a
       detections_(arena, static_cast<std::size_t>(max_objects)),
       listed_(arena, kMaxMasks) {}
 
-void MaskCanvas::draw(std::span<const RunLengthMask> masks) noexcept {
+template <typename OverlapOf>
+void MaskCanvas::draw_with(std::span<const RunLengthMask> masks, const OverlapOf& overlap_of) noexcept {
   for (int y = 0; y < values_.height; ++y) {
     std::fill_n(values_.row(y), values_.width, std::uint16_t{kBackgroundLabel});
   }
   listed_.clear();
   for (const RunLengthMask& mask : masks.first(std::min(masks.size(), listed_.capacity()))) {
-    const Overlap overlap = overlap_with(masks.first(listed_.size()), mask, values_);
+    const Overlap overlap = overlap_of(masks.first(listed_.size()), mask);
     static_cast<void>(listed_.push_back({overlap.is_duplicate ? kIgnoreClass : mask.class_id, mask.score}));
     const auto value = static_cast<std::uint16_t>(listed_.size());
     for_each_run(mask, values_, [&](std::uint16_t* begin, std::uint16_t* end) {
@@ -79,6 +80,16 @@ void MaskCanvas::draw(std::span<const RunLengthMask> masks) noexcept {
     });
   }
   not_drawn_ = masks.size() - listed_.size();
+}
+
+void MaskCanvas::draw(std::span<const RunLengthMask> masks) noexcept {
+  draw_with(masks, [](std::span<const RunLengthMask>, const RunLengthMask&) { return Overlap{}; });
+}
+
+void MaskCanvas::draw_candidates(std::span<const RunLengthMask> masks) noexcept {
+  draw_with(masks, [this](std::span<const RunLengthMask> before, const RunLengthMask& mask) {
+    return overlap_with(before, mask, values_);
+  });
 }
 
 int MaskCanvas::finish(const SegmentationConfig& config, InstanceRelabeler& relabeler) noexcept {

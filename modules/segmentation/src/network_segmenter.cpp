@@ -116,7 +116,7 @@ void NetworkSegmenter::forget_earlier_frames() noexcept {
 
 void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& frame) noexcept {
   const auto draw = [&](std::span<const RunLengthMask> masks, View view, MaskCanvas& canvas) {
-    canvas.draw(masks);
+    canvas.draw_candidates(masks);
     if (collected_as_.age_frames > 0) {
       warp_.warp(input, view, canvas);
     }

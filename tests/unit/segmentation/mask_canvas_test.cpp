@@ -31,6 +31,12 @@ class MaskCanvasTest : public ::testing::Test {
     return canvas_.detections();
   }
 
+  std::span<const Detection> draw_candidates() {
+    canvas_.draw_candidates(masks_);
+    (void)canvas_.finish(config_, relabeler_);
+    return canvas_.detections();
+  }
+
   [[nodiscard]] int count(std::uint8_t label) const {
     int pixels = 0;
     for (int y = 0; y < kGeometry.height_px; ++y) {
@@ -48,10 +54,21 @@ class MaskCanvasTest : public ::testing::Test {
   std::vector<RunLengthMask> masks_;
 };
 
-TEST_F(MaskCanvasTest, EarlierMasksCoverLaterOnes) {
+TEST_F(MaskCanvasTest, MasksOfASenderAreDrawnInItsOrder) {
+  add(kVehicleClass, {0, 0, 20, 10});
+  add(kVehicleClass, {0, 4, 20, 14});
+  add(kPedestrianClass, {8, 2, 12, 16});
+  const std::span<const Detection> found = draw();
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(found[0].area_px, 200);
+  EXPECT_EQ(found[1].area_px, 80);
+  EXPECT_EQ(found[2].area_px, 8);
+}
+
+TEST_F(MaskCanvasTest, StrongerCandidatesCoverWeakerOnes) {
   add(kVehicleClass, {0, 0, 20, 10});
   add(kVehicleClass, {15, 0, 30, 10});
-  const std::span<const Detection> found = draw();
+  const std::span<const Detection> found = draw_candidates();
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].area_px, 200);
   EXPECT_EQ(found[1].area_px, 100);
@@ -63,7 +80,7 @@ TEST_F(MaskCanvasTest, ASecondMaskOfAnObjectLeavesNoFragment) {
     masks_.clear();
     add(kVehicleClass, {0, 0, 20, 10});
     add(second, {0, 4, 20, 14});
-    const std::span<const Detection> found = draw();
+    const std::span<const Detection> found = draw_candidates();
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].area_px, 200);
     EXPECT_EQ(count(kIgnoreLabel), 80) << "neither an object nor background";
@@ -73,7 +90,7 @@ TEST_F(MaskCanvasTest, ASecondMaskOfAnObjectLeavesNoFragment) {
 TEST_F(MaskCanvasTest, APersonStandsInFrontOfTheVehicleThatHasMostOfItsPixels) {
   add(kVehicleClass, {0, 0, 20, 10});
   add(kPedestrianClass, {8, 2, 12, 12});
-  const std::span<const Detection> found = draw();
+  const std::span<const Detection> found = draw_candidates();
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].area_px, 200 - 32);
   EXPECT_EQ(found[1].area_px, 40);
@@ -84,7 +101,7 @@ TEST_F(MaskCanvasTest, IgnoredPixelsStayIgnoredAndCoverNothing) {
   add(kIgnoreClass, {0, 0, 20, 10});
   add(kVehicleClass, {0, 0, 20, 12});
   add(kIgnoreClass, {0, 10, 10, 12});
-  const std::span<const Detection> found = draw();
+  const std::span<const Detection> found = draw_candidates();
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].area_px, 40);
   EXPECT_EQ(count(kIgnoreLabel), 200);

@@ -14,10 +14,7 @@
 
 namespace kinetrace::segmentation {
 
-/// Draws the masks of one image, earlier ones over later ones, and turns them into detections. A mask that lies mostly
-/// on an earlier one is a second one of the same object, if both may be of the same class: the rest of it is ignored
-/// (Kirillov et al. 2019, Panoptic Feature Pyramid Networks, sec. 3). One of another class is in front and drawn over
-/// it, as a person before a vehicle.
+/// Draws the masks of one image, earlier ones over later ones, and turns them into detections.
 class MaskCanvas {
  public:
   /// Most masks of one image; those beyond are dropped and counted.
@@ -28,6 +25,10 @@ class MaskCanvas {
 
   /// Replaces what was drawn before.
   void draw(std::span<const RunLengthMask> masks) noexcept;
+  /// The same for a network's candidates, strongest first. One that lies mostly on earlier ones of its class is another
+  /// mask of the same object: the rest of it is ignored (Kirillov et al. 2019, Panoptic Feature Pyramid Networks, sec.
+  /// 3). One mostly on a mask of another class is in front and drawn over it, as a person before a vehicle.
+  void draw_candidates(std::span<const RunLengthMask> masks) noexcept;
   /// Numbers the drawn masks, or those written to `drawn()`; returns the number of dropped masks, including those
   /// skipped by draw().
   int finish(const SegmentationConfig& config, InstanceRelabeler& relabeler) noexcept;
@@ -39,6 +40,9 @@ class MaskCanvas {
   [[nodiscard]] std::span<const Detection> detections() const noexcept { return detections_.span(); }
 
  private:
+  template <typename OverlapOf>
+  void draw_with(std::span<const RunLengthMask> masks, const OverlapOf& overlap_of) noexcept;
+
   ImageView<std::uint16_t> values_;
   MutableLabelView labels_;
   FixedVector<Detection> detections_;
