@@ -168,13 +168,17 @@ double StereoTracker::overlap_fraction_with_others(const TrackInstance& instance
   return static_cast<double>(max_px) / detection.area_px;
 }
 
+double StereoTracker::part_evidence(const TrackInstance& instance, std::span<const DisparitySample> samples) noexcept {
+  const std::optional<PredictedVolume>& volume = instance.prediction.volume;
+  return volume && !samples.empty() ? volume_evidence(*volume, samples) : -std::numeric_limits<double>::infinity();
+}
+
 double StereoTracker::place_evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
                                      std::span<const DisparitySample> samples) const noexcept {
   const ExpectedDisparity expected = expected_disparity(instance);
   const double as_predicted = position_evidence(instance, detection) +
                               disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples.size());
-  const std::optional<PredictedVolume>& volume = instance.prediction.volume;
-  return volume && !samples.empty() ? std::max(as_predicted, volume_evidence(*volume, samples)) : as_predicted;
+  return std::max(as_predicted, part_evidence(instance, samples));
 }
 
 double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,

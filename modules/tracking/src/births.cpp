@@ -6,7 +6,7 @@
 #include "kinetrace/tracking/stereo_tracker.hpp"
 
 namespace kinetrace::tracking {
-void StereoTracker::initiate_tracks(const DetectionFrame& detections) {
+void StereoTracker::initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features) {
   counters_.detections += owner_.size();
   std::array<std::uint8_t, kMaxObjects> order{};
   std::size_t unassigned = 0;
@@ -22,22 +22,30 @@ void StereoTracker::initiate_tracks(const DetectionFrame& detections) {
   });
   for (std::size_t i = 0; i < unassigned; ++i) {
     const std::size_t v = order[i];
-    if (detections.left[v].area_px < config_.min_area_px) {
+    const Detection& detection = detections.left[v];
+    if (detection.area_px < config_.min_area_px) {
       ++counters_.detections_dropped;
-    } else if (is_duplicate(detections.left[v])) {
+    } else if (is_duplicate(detection, gather_samples(detections.left_labels, detection.label, features))) {
       ++counters_.detections_duplicate;
     } else if (!start_track(detections, v)) {
       ++counters_.detections_dropped;
-      evict_track(detections.left[v].area_px);
+      evict_track(detection.area_px);
     }
   }
 }
 
-bool StereoTracker::is_duplicate(const Detection& detection) const noexcept {
+bool StereoTracker::is_duplicate(const Detection& detection, std::span<const DisparitySample> samples) const noexcept {
   return std::any_of(slots_.begin(), slots_.end(), [&](const TrackInstance& instance) {
+    const bool is_on_it = instance.overlap.on_label[detection.label] >= config_.duplicate_overlap * detection.area_px;
     return instance.alive() && is_assignable(instance) && classes_agree(instance.track.class_id, detection.class_id) &&
-           instance.overlap.on_label[detection.label] >= config_.duplicate_overlap * detection.area_px;
+           (is_on_it || is_moving_part(instance, detection, samples));
   });
+}
+
+bool StereoTracker::is_moving_part(const TrackInstance& instance, const Detection& detection,
+                                   std::span<const DisparitySample> samples) noexcept {
+  const bool is_region_on_object = detection.class_id == kUnknownClass && instance.track.class_id != kUnknownClass;
+  return is_region_on_object && instance.detection >= 0 && part_evidence(instance, samples) > 0.0;
 }
 
 TrackInstance* StereoTracker::free_instance() noexcept {

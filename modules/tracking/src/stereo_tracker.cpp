@@ -136,7 +136,7 @@ Result<TrackFrame> StereoTracker::process(std::int64_t timestamp_ns, const Detec
   draw_predictions(detections.available ? detections.left_labels : LabelView{});
   associate(detections, features);
   estimate_occlusion_order(detections);
-  initiate_tracks(detections);
+  initiate_tracks(detections, features);
   draw_left(detections);
   attach_right(detections, features);
   publish();

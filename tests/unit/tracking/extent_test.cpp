@@ -76,5 +76,28 @@ TEST(Extent, APartInTheObjectsSpaceIsItsOwnWhereverItsEdgesAreSeen) {
   EXPECT_EQ(id_of_part({}), 2U);
 }
 
+/// Number of tracks where a region appears beside the detected mask of a vehicle whose space is `volume`.
+std::size_t tracks_with_region(const PredictedVolume& volume, std::uint16_t region_class) {
+  const Shape front = rectangle(100, 60, 300, 200);
+  Shape rear = rectangle(330, 90, 370, 130);
+  rear.class_id = region_class;
+  TrackerScene scene({}, 12);
+  scene.detected = {true, false};
+  for (int i = 0; i < 4; ++i) {
+    scene.step(std::array{front, rear});
+  }
+  ObjectPrediction prediction{.known = true, .point_px = {front.x, front.y}, .depth_m = 10.0};
+  prediction.volume = volume;
+  scene.object_predictions.assign(1, prediction);
+  scene.detected = {true, true};
+  return scene.step(std::array{front, rear}).tracks.size();
+}
+
+TEST(Extent, AMovingRegionInTheSpaceOfADetectedVehicleIsNoNewObject) {
+  EXPECT_EQ(tracks_with_region(columns(90.0, 380.0), kUnknownClass), 1U);
+  EXPECT_EQ(tracks_with_region(columns(90.0, 310.0), kUnknownClass), 2U) << "beside it";
+  EXPECT_EQ(tracks_with_region(columns(90.0, 380.0), kVehicleClass), 2U) << "a network has seen two";
+}
+
 }  // namespace
 }  // namespace kinetrace::tracking

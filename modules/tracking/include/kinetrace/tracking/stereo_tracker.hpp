@@ -155,6 +155,10 @@ class StereoTracker {
   /// Evidence of where the detection is: as predicted, or any part of the object, in the space that it occupies.
   [[nodiscard]] double place_evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
                                       std::span<const DisparitySample> samples) const noexcept;
+  /// Evidence of a detection with these samples being any part of the object, in the space that it occupies; minus
+  /// infinity without a box or samples.
+  [[nodiscard]] static double part_evidence(const TrackInstance& instance,
+                                            std::span<const DisparitySample> samples) noexcept;
   /// Evidence of the detection's position: in the predicted extent of the object's box, on the predicted mask, occluded
   /// parts included, or at the last observed position.
   [[nodiscard]] double position_evidence(const TrackInstance& instance, const Detection& detection) const noexcept;
@@ -173,9 +177,12 @@ class StereoTracker {
   /// One transition of its life (life_cycle.hpp).
   void advance(TrackInstance& instance, const LifeEvidence& evidence) noexcept;
   void end(TrackInstance& instance) noexcept;
-  void initiate_tracks(const DetectionFrame& detections);
-  /// Mostly on the predicted mask of a track of its class.
-  [[nodiscard]] bool is_duplicate(const Detection& detection) const noexcept;
+  void initiate_tracks(const DetectionFrame& detections, std::span<const Feature> features);
+  /// Mostly on the predicted mask of a track of its class, or a moving part of its object.
+  [[nodiscard]] bool is_duplicate(const Detection& detection, std::span<const DisparitySample> samples) const noexcept;
+  /// A region of unknown class in the space of an object of known class that has a detection of its own.
+  [[nodiscard]] static bool is_moving_part(const TrackInstance& instance, const Detection& detection,
+                                           std::span<const DisparitySample> samples) noexcept;
   [[nodiscard]] bool start_track(const DetectionFrame& detections, std::size_t index) noexcept;
   /// A free slot; null if there is none, or the number of tracks is at its limit.
   [[nodiscard]] TrackInstance* free_instance() noexcept;
