@@ -19,9 +19,8 @@ constexpr double kPositionSigmaPerSecond = 0.4;
 constexpr double kMinPositionSigma_px = 1.0;
 /// Number of features that halves the uncertainty of its motion.
 constexpr double kFeaturesToHalveSigma = 4.0;
-/// Log prior of a place other than predicted: where the object was detected in the previous frame, if features and
-/// prediction are both wrong, or any part of it.
-constexpr double kLogOtherPlace = -3.0;
+/// Log prior of features and prediction both being wrong, for an object detected in the previous frame.
+constexpr double kLogPredictionFailure = -3.0;
 
 /// Marks the sides that the image border cut off in `last`.
 void mark_cut_sides(const PixelBox& last, int width_px, int height_px, BoxPrediction& prediction) {
@@ -146,8 +145,8 @@ double StereoTracker::position_evidence(const TrackInstance& instance, const Det
     const ObjectPrediction& now = instance.prediction;
     const bool moved = then.known && now.known && then.direction_only == now.direction_only;
     const Eigen::Vector2d shift_px = moved ? Eigen::Vector2d(now.point_px - then.point_px) : Eigen::Vector2d(0.0, 0.0);
-    best = std::max({best, kLogOtherPlace + evidence_at_mask(certain_box_at(instance.track.box_px)),
-                     kLogOtherPlace + evidence_at_mask(certain_box_at(instance.track.box_px, shift_px))});
+    best = std::max({best, kLogPredictionFailure + evidence_at_mask(certain_box_at(instance.track.box_px)),
+                     kLogPredictionFailure + evidence_at_mask(certain_box_at(instance.track.box_px, shift_px))});
   }
   return best;
 }
@@ -179,7 +178,7 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
   const ExpectedDisparity expected = expected_disparity(instance);
   const double as_predicted = position_evidence(instance, detection) +
                               disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples.size());
-  return std::max(as_predicted, kLogOtherPlace + part_evidence(instance, samples));
+  return std::max(as_predicted, part_evidence(instance, samples));
 }
 
 double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,

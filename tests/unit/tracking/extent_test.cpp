@@ -76,24 +76,6 @@ TEST(Extent, APartInTheObjectsSpaceIsItsOwnWhereverItsEdgesAreSeen) {
   EXPECT_EQ(id_of_part({}), 2U);
 }
 
-TEST(Extent, OneFeatureOutsideItsSpaceIsNoPartHoweverWeakItsEvidence) {
-  const Shape front = rectangle(100, 60, 300, 200);
-  const Shape elsewhere = rectangle(560, 90, 600, 130);
-  TrackerScene scene({}, 1);
-  scene.detected = {true, false};
-  for (int i = 0; i < 4; ++i) {
-    scene.step(std::array{front, elsewhere});
-  }
-  ObjectPrediction prediction{.known = true, .point_px = {front.x, front.y}, .depth_m = 10.0};
-  prediction.extent = extent_of(front, kSigma_px);
-  prediction.volume = columns(90.0, 310.0);
-  scene.object_predictions.assign(1, prediction);
-  scene.detected = {false, true};
-  scene.step(std::array{shifted(front, -2000.0), elsewhere});
-  ASSERT_NE(scene.track_of(1), nullptr);
-  EXPECT_EQ(scene.track_of(1)->id, 2U);
-}
-
 /// Number of tracks where a region appears beside the detected mask of a vehicle whose space is `volume`.
 std::size_t tracks_with_region(const PredictedVolume& volume, std::uint16_t region_class) {
   const Shape front = rectangle(100, 60, 300, 200);
