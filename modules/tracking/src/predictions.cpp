@@ -19,6 +19,8 @@ constexpr double kFarOutsidePx = 1e6;
 constexpr double kMinScaleSupport_px = 60.0;
 /// Fewer occluded pixels may be the noise of masks.
 constexpr int kMinOccludedPx = 24;
+/// Side of the blocks of pixels that a box hides or not: its sides are not better known.
+constexpr int kBlock_px = 4;
 /// The front object occludes this many times more of the other than vice versa.
 constexpr int kOcclusionRatio = 3;
 
@@ -231,11 +233,15 @@ void StereoTracker::erase_hidden() noexcept {
 void StereoTracker::erase_hidden(const TrackInstance& behind, const PredictedVolume& front) noexcept {
   const std::uint8_t label = behind.track.label();
   const PixelBox box = behind.mask.current_box();
-  for (int y = box.y0; y < box.y1; ++y) {
-    std::uint8_t* const row = prediction_.row(y);
-    for (int x = box.x0; x < box.x1; ++x) {
-      if (row[x] == label && front.hides(Eigen::Vector2d(x, y), behind.prediction.disparity_px)) {
-        row[x] = kBackgroundLabel;
+  for (int y = box.y0; y < box.y1; y += kBlock_px) {
+    for (int x = box.x0; x < box.x1; x += kBlock_px) {
+      const Eigen::Vector2d middle_px = Eigen::Vector2d(x, y).array() + 0.5 * (kBlock_px - 1);
+      if (!front.hides(middle_px, behind.prediction.disparity_px)) {
+        continue;
+      }
+      for (int row = y; row < std::min(y + kBlock_px, box.y1); ++row) {
+        std::uint8_t* const pixels = prediction_.row(row);
+        std::replace(pixels + x, pixels + std::min(x + kBlock_px, box.x1), label, kBackgroundLabel);
       }
     }
   }

@@ -25,14 +25,8 @@ class MaskCanvasTest : public ::testing::Test {
     masks_.push_back({class_id, 0.9F, box, *runs_.back()});
   }
 
-  std::span<const Detection> draw() {
-    canvas_.draw(masks_);
-    (void)canvas_.finish(config_, relabeler_);
-    return canvas_.detections();
-  }
-
-  std::span<const Detection> draw_candidates() {
-    canvas_.draw_candidates(masks_);
+  std::span<const Detection> detections_of(void (MaskCanvas::*draw)(std::span<const RunLengthMask>) noexcept) {
+    (canvas_.*draw)(masks_);
     (void)canvas_.finish(config_, relabeler_);
     return canvas_.detections();
   }
@@ -58,7 +52,7 @@ TEST_F(MaskCanvasTest, MasksOfASenderAreDrawnInItsOrder) {
   add(kVehicleClass, {0, 0, 20, 10});
   add(kVehicleClass, {0, 4, 20, 14});
   add(kPedestrianClass, {8, 2, 12, 16});
-  const std::span<const Detection> found = draw();
+  const std::span<const Detection> found = detections_of(&MaskCanvas::draw);
   ASSERT_EQ(found.size(), 3U);
   EXPECT_EQ(found[0].area_px, 200);
   EXPECT_EQ(found[1].area_px, 80);
@@ -68,7 +62,7 @@ TEST_F(MaskCanvasTest, MasksOfASenderAreDrawnInItsOrder) {
 TEST_F(MaskCanvasTest, StrongerCandidatesCoverWeakerOnes) {
   add(kVehicleClass, {0, 0, 20, 10});
   add(kVehicleClass, {15, 0, 30, 10});
-  const std::span<const Detection> found = draw_candidates();
+  const std::span<const Detection> found = detections_of(&MaskCanvas::draw_candidates);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].area_px, 200);
   EXPECT_EQ(found[1].area_px, 100);
@@ -80,7 +74,7 @@ TEST_F(MaskCanvasTest, ASecondMaskOfAnObjectLeavesNoFragment) {
     masks_.clear();
     add(kVehicleClass, {0, 0, 20, 10});
     add(second, {0, 4, 20, 14});
-    const std::span<const Detection> found = draw_candidates();
+    const std::span<const Detection> found = detections_of(&MaskCanvas::draw_candidates);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].area_px, 200);
     EXPECT_EQ(count(kIgnoreLabel), 80) << "neither an object nor background";
@@ -90,7 +84,7 @@ TEST_F(MaskCanvasTest, ASecondMaskOfAnObjectLeavesNoFragment) {
 TEST_F(MaskCanvasTest, APersonStandsInFrontOfTheVehicleThatHasMostOfItsPixels) {
   add(kVehicleClass, {0, 0, 20, 10});
   add(kPedestrianClass, {8, 2, 12, 12});
-  const std::span<const Detection> found = draw_candidates();
+  const std::span<const Detection> found = detections_of(&MaskCanvas::draw_candidates);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].area_px, 200 - 32);
   EXPECT_EQ(found[1].area_px, 40);
@@ -101,7 +95,7 @@ TEST_F(MaskCanvasTest, IgnoredPixelsStayIgnoredAndCoverNothing) {
   add(kIgnoreClass, {0, 0, 20, 10});
   add(kVehicleClass, {0, 0, 20, 12});
   add(kIgnoreClass, {0, 10, 10, 12});
-  const std::span<const Detection> found = draw_candidates();
+  const std::span<const Detection> found = detections_of(&MaskCanvas::draw_candidates);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].area_px, 40);
   EXPECT_EQ(count(kIgnoreLabel), 200);

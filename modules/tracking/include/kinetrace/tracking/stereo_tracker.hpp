@@ -42,7 +42,8 @@ struct TrackerCounters {
 /// detected. Occlusion order of overlapping predictions: a track observed to occlude the other (its detection lay where
 /// the other's mask was expected) stays in front, unless stereo measures it clearly farther away, since masks are
 /// ragged. Otherwise the larger disparity is in front; tracks without disparity are behind all others and are ordered
-/// by the lower edge of the box.
+/// by the lower edge of the box. An object undetected in the last frame is not expected behind the box of a nearer one
+/// detected in it, whose mask may lack parts.
 ///
 /// Association: one assignment per frame (Kuhn-Munkres). Its weights are log-likelihood ratios: the detection belongs
 /// to the track, against a new object and a missed track (src/association_cost.hpp). Their terms are the edges of the
@@ -54,16 +55,18 @@ struct TrackerCounters {
 /// out, which is the optimum of the assignment with births and misses (Bar-Shalom, Li 1995). Features and prediction
 /// may both be wrong: the last observed position is a further hypothesis, with a small prior.
 ///
-/// Life: an unassigned detection initiates a tentative track, which is confirmed when matched in `confirm_frames`
-/// frames. Undetected, it is propagated by its prediction for `max_missed_s`, and ended then. A confirmed track with a
-/// prediction waits for another `max_unseen_s`, so that an object keeps its identity while the camera turns away or an
-/// occluder passes: while it is outside the image or occluded, its predicted mask may be assigned a detection; once it
-/// has been missing in plain sight for `max_missed_s`, only merge_tracks() revives it. Without a prediction a track
-/// ends as soon as its mask leaves the image or shrinks below `min_area_px`. Frames without detections (`available ==
-/// false`) propagate every track; they count towards `max_missed_s`, not towards `max_tentative_missed_s`. Initiation
-/// at capacity: the largest detections first; those without a free slot are dropped and counted. To make room in the
-/// next frame, a track ends: one that is tentative and unmatched, or else has been propagated for more than half of
-/// `max_missed_s`, or else the smallest, if the detection is more than twice its size.
+/// Life: an unassigned detection initiates a tentative track, unless it lies mostly on the predicted mask of a track of
+/// its class, or is of unknown class and its features lie in the space of a detected object of known class. The track
+/// is confirmed when matched in `confirm_frames` frames. Undetected, it is propagated by its prediction for
+/// `max_missed_s`, and ended then. A confirmed track with a prediction waits for another `max_unseen_s`, so that an
+/// object keeps its identity while the camera turns away or an occluder passes: while it is outside the image or
+/// occluded, its predicted mask may be assigned a detection; once it has been missing in plain sight for
+/// `max_missed_s`, only merge_tracks() revives it. Without a prediction a track ends as soon as its mask leaves the
+/// image or shrinks below `min_area_px`. Frames without detections (`available == false`) propagate every track; they
+/// count towards `max_missed_s`, not towards `max_tentative_missed_s`. Initiation at capacity: the largest detections
+/// first; those without a free slot are dropped and counted. To make room in the next frame, a track ends: one that is
+/// tentative and unmatched, or else has been propagated for more than half of `max_missed_s`, or else the smallest, if
+/// the detection is more than twice its size.
 ///
 /// Pixels: a matched track owns its detection; an unmatched one, for `max_missed_s`, the pixels of its prediction that
 /// no other track owns. Detected pixels of no track are kIgnoreLabel.
@@ -141,7 +144,7 @@ class StereoTracker {
   [[nodiscard]] static Similarity shift_of(TrackInstance& instance) noexcept;
   [[nodiscard]] Similarity predict_motion(TrackInstance& instance, std::span<const Feature> features);
   void draw_predictions(LabelView detections) noexcept;
-  /// Erases predicted pixels of undetected objects behind the boxes of detected ones, whose masks may lack parts.
+  /// Erases predicted pixels of objects undetected in the last frame behind the boxes of those detected in it.
   void erase_hidden() noexcept;
   void erase_hidden(const TrackInstance& behind, const PredictedVolume& front) noexcept;
   /// Occlusion order, from the detections where whole masks were expected.
