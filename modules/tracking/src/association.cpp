@@ -168,9 +168,14 @@ double StereoTracker::overlap_fraction_with_others(const TrackInstance& instance
   return static_cast<double>(max_px) / detection.area_px;
 }
 
-double StereoTracker::part_evidence(const TrackInstance& instance, std::span<const DisparitySample> samples) noexcept {
-  const std::optional<PredictedVolume>& volume = instance.prediction.volume;
-  return volume && !samples.empty() ? volume_evidence(*volume, samples) : -std::numeric_limits<double>::infinity();
+double StereoTracker::part_evidence(const TrackInstance& instance, const Detection& detection,
+                                    std::span<const DisparitySample> samples) noexcept {
+  const ObjectPrediction& prediction = instance.prediction;
+  if (!prediction.volume || samples.empty()) {
+    return -std::numeric_limits<double>::infinity();
+  }
+  return volume_evidence(*prediction.volume, samples) +
+         (prediction.extent ? extent_evidence(*prediction.extent, detection.box_px) : 0.0);
 }
 
 double StereoTracker::place_evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
@@ -178,7 +183,7 @@ double StereoTracker::place_evidence(const TrackInstance& instance, const Detect
   const ExpectedDisparity expected = expected_disparity(instance);
   const double as_predicted = position_evidence(instance, detection) +
                               disparity_evidence(expected.mean_px, expected.sigma_px, disparity_px, samples.size());
-  return std::max(as_predicted, part_evidence(instance, samples));
+  return std::max(as_predicted, part_evidence(instance, detection, samples));
 }
 
 double StereoTracker::evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,

@@ -199,6 +199,20 @@ double volume_evidence(const PredictedVolume& volume, std::span<const DisparityS
   return feature_evidence(inside, static_cast<int>(samples.size()));
 }
 
+double extent_evidence(const ImageExtent& extent, const PixelBox& detected) {
+  const Eigen::Vector2d centre_px(0.5 * (detected.x0 + detected.x1), 0.5 * (detected.y0 + detected.y1));
+  const auto sigmas = [](double outside_px, double sigma_px) {
+    return std::max(outside_px, 0.0) / std::hypot(kEdgeSigma_px, sigma_px);
+  };
+  double squared = 0.0;
+  for (const int axis : {0, 1}) {
+    const double below = sigmas(extent.low_px[axis] - centre_px[axis], extent.low_sigma_px[axis]);
+    const double above = sigmas(centre_px[axis] - extent.high_px[axis], extent.high_sigma_px[axis]);
+    squared += below * below + above * above;
+  }
+  return -0.5 * squared;
+}
+
 double detection_evidence(double visible) {
   const double detected = std::max(kMinDetectionProbability, kDetectionProbability * std::clamp(visible, 0.0, 1.0));
   return std::log(detected / (1.0 - detected));

@@ -47,6 +47,9 @@ struct BoxPrediction {
 /// Evidence of `samples`, the detection's features, in the object's space: a part of it, wherever its edges are seen.
 [[nodiscard]] double volume_evidence(const PredictedVolume& volume, std::span<const DisparitySample> samples);
 
+/// Evidence of a detection in the image being a part of an object with this extent: its centre lies within.
+[[nodiscard]] double extent_evidence(const ImageExtent& extent, const PixelBox& detected);
+
 /// Log odds of a detection against a miss, for an object of which the part `visible` can be seen.
 [[nodiscard]] double detection_evidence(double visible);
 

@@ -45,7 +45,7 @@ bool StereoTracker::is_duplicate(const Detection& detection, std::span<const Dis
 bool StereoTracker::is_moving_part(const TrackInstance& instance, const Detection& detection,
                                    std::span<const DisparitySample> samples) noexcept {
   const bool is_region_on_object = detection.class_id == kUnknownClass && instance.track.class_id != kUnknownClass;
-  return is_region_on_object && instance.detection >= 0 && part_evidence(instance, samples) > 0.0;
+  return is_region_on_object && instance.detection >= 0 && part_evidence(instance, detection, samples) > 0.0;
 }
 
 TrackInstance* StereoTracker::free_instance() noexcept {

@@ -144,6 +144,16 @@ TEST(VolumeEvidence, IsForPointsInsideAndAgainstPointsOutside) {
   EXPECT_EQ(volume_evidence(volume, {}), 0.0);
 }
 
+TEST(ExtentEvidence, SpeaksAgainstACentreOutsideByItsDistanceInStandardDeviations) {
+  const ImageExtent extent{
+      .low_px = {100.0, 50.0}, .high_px = {200.0, 90.0}, .low_sigma_px = {20.0, 20.0}, .high_sigma_px = {40.0, 40.0}};
+  EXPECT_EQ(extent_evidence(extent, {150, 60, 260, 80}), -0.5 * std::pow(5.0 / std::hypot(40.0, 1.5), 2)) << "205 px";
+  EXPECT_EQ(extent_evidence(extent, {140, 60, 260, 80}), 0.0);
+  EXPECT_NEAR(extent_evidence(extent, {40, 60, 80, 80}), -2.0, 0.02) << "two standard deviations";
+  EXPECT_NEAR(extent_evidence(extent, {40, 0, 80, 20}), -4.0, 0.04);
+  EXPECT_LT(extent_evidence({.low_px = {100.0, 50.0}, .high_px = {200.0, 90.0}}, {300, 60, 320, 80}), -1000.0);
+}
+
 TEST(DetectionEvidence, AMissSpeaksAgainstWhatIsInPlainSightOnly) {
   EXPECT_GT(detection_evidence(1.0), 2.0);
   EXPECT_LT(detection_evidence(0.0), 0.0);

@@ -51,18 +51,18 @@ PredictedVolume columns(double x0, double x1) {
   return volume;
 }
 
-/// Id of the track that is assigned a new detection where no mask or box is predicted, with features that were on no
-/// track. The object's own features are lost.
-std::uint32_t id_of_part(const std::optional<PredictedVolume>& volume) {
+/// Id of the track that is assigned a new detection where no mask is predicted, with features that were on no track.
+/// The object's own features are lost.
+std::uint32_t id_of_part(const std::optional<PredictedVolume>& volume, const ImageExtent& extent, int features = 12) {
   const Shape front = rectangle(100, 60, 300, 200);
   const Shape door = rectangle(330, 90, 370, 130);
-  TrackerScene scene({}, 12);
+  TrackerScene scene({}, features);
   scene.detected = {true, false};
   for (int i = 0; i < 4; ++i) {
     scene.step(std::array{front, door});
   }
   ObjectPrediction prediction{.known = true, .point_px = {front.x, front.y}, .depth_m = 10.0};
-  prediction.extent = extent_of(front, kSigma_px);
+  prediction.extent = extent;
   prediction.volume = volume;
   scene.object_predictions.assign(1, prediction);
   scene.detected = {false, true};
@@ -71,9 +71,16 @@ std::uint32_t id_of_part(const std::optional<PredictedVolume>& volume) {
 }
 
 TEST(Extent, APartInTheObjectsSpaceIsItsOwnWhereverItsEdgesAreSeen) {
-  EXPECT_EQ(id_of_part(columns(90.0, 380.0)), 1U);
-  EXPECT_EQ(id_of_part(columns(90.0, 310.0)), 2U) << "beside it";
-  EXPECT_EQ(id_of_part({}), 2U);
+  const ImageExtent extent = extent_of(rectangle(90, 20, 380, 240), kSigma_px);
+  EXPECT_EQ(id_of_part(columns(90.0, 380.0), extent), 1U);
+  EXPECT_EQ(id_of_part(columns(90.0, 310.0), extent), 2U) << "beside it";
+  EXPECT_EQ(id_of_part({}, extent), 2U);
+}
+
+TEST(Extent, FewFeaturesTakeNoPartFromFarAway) {
+  const ImageExtent elsewhere = extent_of(rectangle(90, 60, 310, 200), kSigma_px);
+  EXPECT_EQ(id_of_part(columns(90.0, 310.0), elsewhere, 1), 2U);
+  EXPECT_EQ(id_of_part(columns(90.0, 380.0), extent_of(rectangle(90, 20, 380, 240), kSigma_px), 1), 1U);
 }
 
 /// Number of tracks where a region appears beside the detected mask of a vehicle whose space is `volume`.

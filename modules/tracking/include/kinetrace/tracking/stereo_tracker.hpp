@@ -51,9 +51,10 @@ struct TrackerCounters {
 /// beyond the image border the box alone, with occluded and truncated edges censored; the share of the track's features
 /// on the detection; its disparity; its class; the probability of detection given the expected visible part; and the
 /// probability that a detection on another track's mask is a fragment of that track. Edges and disparity give way to
-/// the space of the object's box if the detection's features lie there: it may be any part. Pairs below zero are left
-/// out, which is the optimum of the assignment with births and misses (Bar-Shalom, Li 1995). Features and prediction
-/// may both be wrong: the last observed position is a further hypothesis, with a small prior.
+/// the space of the object's box if the detection's features lie there, and its centre in the box's image: it may be
+/// any part. Pairs below zero are left out, which is the optimum of the assignment with births and misses (Bar-Shalom,
+/// Li 1995). Features and prediction may both be wrong: the last observed position is a further hypothesis, with a
+/// small prior.
 ///
 /// Life: an unassigned detection initiates a tentative track, unless it lies mostly on the predicted mask of a track of
 /// its class, or is of unknown class and its features lie in the space of a detected object of known class. The track
@@ -158,9 +159,9 @@ class StereoTracker {
   /// Evidence of where the detection is: as predicted, or any part of the object, in the space that it occupies.
   [[nodiscard]] double place_evidence(const TrackInstance& instance, const Detection& detection, double disparity_px,
                                       std::span<const DisparitySample> samples) const noexcept;
-  /// Evidence of a detection with these samples being any part of the object, in the space that it occupies; minus
-  /// infinity without a box or samples.
-  [[nodiscard]] static double part_evidence(const TrackInstance& instance,
+  /// Evidence of a detection with these samples being any part of the object, in the space that it occupies and in its
+  /// extent in the image; minus infinity without a box or samples.
+  [[nodiscard]] static double part_evidence(const TrackInstance& instance, const Detection& detection,
                                             std::span<const DisparitySample> samples) noexcept;
   /// Evidence of the detection's position: in the predicted extent of the object's box, on the predicted mask, occluded
   /// parts included, or at the last observed position.
