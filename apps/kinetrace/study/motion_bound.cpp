@@ -80,7 +80,9 @@ class Information {
       Matrix6d by_to;
     };
     std::vector<Velocity> velocities;
-    const Matrix6d slow = weights(kMaxTurn_radps, kMaxSpeed_mps).asDiagonal();
+    Matrix6d slow = weights(kMaxTurn_radps, kMaxSpeed_mps).asDiagonal();
+    // True poses are upright: y is down.
+    slow(4, 4) = 1.0 / std::min(kMaxSpeed_mps, prior.vertical_speed_mps);
     for (std::size_t k = 0; k + 1 < body.views.size(); ++k) {
       const SeenBody::View& from = body.views[k];
       const SeenBody::View& to = body.views[k + 1];
@@ -92,7 +94,6 @@ class Information {
     for (std::size_t k = 0; k + 1 < velocities.size(); ++k) {
       const Velocity& before = velocities[k];
       const Velocity& after = velocities[k + 1];
-      // True poses are upright: y is down.
       const Eigen::Matrix3d& upright = body.views[k + 1].T_world_obj.rotation;
       add_factor(prior.root_information(upright.col(1), upright, 0.5 * (before.step_s + after.step_s)),
                  {{k, -before.by_from}, {k + 1, after.by_from - before.by_to}, {k + 2, after.by_to}});

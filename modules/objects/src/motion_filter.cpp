@@ -157,8 +157,7 @@ void MotionFilter::start(const MotionStart& start) noexcept {
   }
   model_[kStationary].covariance.diagonal().segment<3>(3).setConstant(kRestSpeedSigma_mps * kRestSpeedSigma_mps);
   model_[kStationary].probability = 1.0 - start.moving_probability;
-  const Eigen::Matrix3d prior_covariance =
-      kVelocityPriorSigma_mps * kVelocityPriorSigma_mps * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d prior_covariance = noise_.prior.velocity_covariance(vertical_, kVelocityPriorSigma_mps);
   const Eigen::Matrix3d gain = prior_covariance * (prior_covariance + start.velocity_covariance).inverse();
   model_[kMoving].state.segment<3>(3) = gain * (start.pose.T_world_obj.rotation * start.velocity.tail<3>());
   model_[kMoving].covariance.block<3, 3>(3, 3) =

@@ -241,6 +241,7 @@ void ObjectState::begin_frame(const Track& track, std::int64_t timestamp_ns, con
   life_.timestamp_ns = timestamp_ns;
   motion_.set_gait(!is_rigid());
   motion_.set_disparity_sigma(camera.disparity_sigma_px);
+  motion_.set_vertical(camera.vertical);
   identity_.filter.set_vertical(camera.vertical);
   measure_visible_fraction(camera);
   if (track.missed_frames == 0) {

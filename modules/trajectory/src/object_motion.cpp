@@ -139,7 +139,8 @@ MotionEstimate ObjectMotion::at(std::size_t age) const noexcept {
   if (window.count < 2) {
     return estimate;
   }
-  const VelocityFit fit = fit_velocity(window.points());
+  const VelocityFit fit =
+      fit_velocity(window.points(), config_.motion.velocity_covariance(vertical_, kSpeedPriorSigma_mps).inverse());
   const double per_s2 = 1.0 / (window.correlation_s() * window.correlation_s());
   const Eigen::Matrix3d calibration_covariance =
       disparity_sigma_px_ * disparity_sigma_px_ * entry(age).sample.covariance_per_disparity;

@@ -11,6 +11,7 @@ Status TrajectoryConfig::validate() const {
       check_range("trajectory.moving_significance", moving_significance, 0.1, 100.0),
       check_range("trajectory.acceleration_mps2", motion.acceleration_mps2, 0.01, 1000.0),
       check_range("trajectory.vertical_acceleration_mps2", motion.vertical_acceleration_mps2, 0.01, 1000.0),
+      check_range("trajectory.vertical_speed_mps", motion.vertical_speed_mps, 0.01, 1000.0),
       check_range("trajectory.turn_radps2", motion.turn_radps2, 0.001, 1000.0),
       check_range("trajectory.tilt_radps2", motion.tilt_radps2, 0.001, 1000.0),
       check_range("trajectory.stereo_sigma_px", stereo_sigma_px, 0.01, 100.0),

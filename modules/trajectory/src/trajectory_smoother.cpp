@@ -39,10 +39,10 @@ BodyVelocity differentiated_velocity(const PathNode& a, const PathNode& b) {
   return kinetrace::body_velocity(a.smoothed, b.smoothed, seconds(a, b));
 }
 
-Vector6d of_velocities(double rotation, double translation) {
-  Vector6d v;
-  v << Eigen::Vector3d::Constant(rotation), Eigen::Vector3d::Constant(translation);
-  return v;
+Matrix6d rest_root_information() {
+  Vector6d root;
+  root << Eigen::Vector3d::Constant(1.0 / kRestTurnSigma_radps), Eigen::Vector3d::Constant(1.0 / kRestSpeedSigma_mps);
+  return root.asDiagonal();
 }
 
 }  // namespace
@@ -97,21 +97,36 @@ void TrajectorySmoother::add_smoothness(std::span<const PathNode> path, std::siz
 }
 
 void TrajectorySmoother::add_velocity(std::span<const PathNode> path, std::size_t to, std::size_t fixed,
-                                      const Vector6d& weight) noexcept {
+                                      const Matrix6d& weight) noexcept {
   const BodyVelocity velocity = differentiated_velocity(path[to - 1], path[to]);
-  const Vector6d error = weight.cwiseProduct(velocity.value);
-  const Matrix6d by_to = weight.asDiagonal() * velocity.by_to;
+  const Vector6d error = weight * velocity.value;
+  const Matrix6d by_to = weight * velocity.by_to;
   BlockRow& row = rows_[to - fixed];
   row.diagonal += by_to.transpose() * by_to;
   row.rhs -= by_to.transpose() * error;
   if (to - 1 < fixed) {
     return;
   }
-  const Matrix6d by_from = weight.asDiagonal() * velocity.by_from;
+  const Matrix6d by_from = weight * velocity.by_from;
   BlockRow& before = rows_[to - 1 - fixed];
   before.diagonal += by_from.transpose() * by_from;
   before.rhs -= by_from.transpose() * error;
   before.next += by_from.transpose() * by_to;
+}
+
+void TrajectorySmoother::add_velocity_prior(std::span<const PathNode> path, std::size_t fixed,
+                                            const PathPrior& prior) noexcept {
+  if (prior.at_rest) {
+    for (std::size_t k = std::max<std::size_t>(fixed, 1); k < path.size(); ++k) {
+      add_velocity(path, k, fixed, rest_root_information());
+    }
+  } else if (fixed <= 1 && path.size() > 1) {
+    Matrix6d root = Matrix6d::Zero();
+    const Eigen::Matrix3d to_body = path[0].smoothed.rotation.transpose();
+    root.bottomRightCorner<3, 3>() =
+        to_body * prior_.velocity_root_information(prior.vertical, kSpeedPriorSigma_mps) * to_body.transpose();
+    add_velocity(path, 1, fixed, root);
+  }
 }
 
 void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fixed, const PathPrior& prior) noexcept {
@@ -120,12 +135,7 @@ void TrajectorySmoother::assemble(std::span<const PathNode> path, std::size_t fi
     row = {Matrix6d::Zero(), Matrix6d::Zero(), Matrix6d::Zero(), Vector6d::Zero()};
     add_measurement(path[k], row);
   }
-  const Vector6d weight = prior.at_rest ? of_velocities(1.0 / kRestTurnSigma_radps, 1.0 / kRestSpeedSigma_mps)
-                                        : of_velocities(0.0, 1.0 / kSpeedPriorSigma_mps);
-  const std::size_t end = prior.at_rest ? path.size() : std::min<std::size_t>(path.size(), 2);
-  for (std::size_t k = std::max<std::size_t>(fixed, 1); k < end; ++k) {
-    add_velocity(path, k, fixed, weight);
-  }
+  add_velocity_prior(path, fixed, prior);
   for (std::size_t middle = 1; middle + 1 < path.size(); ++middle) {
     if (middle + 1 >= fixed) {
       add_smoothness(path, middle, fixed, prior.vertical);

@@ -23,13 +23,13 @@ struct Polynomial {
 
 /// Positions are relative to the first point, for conditioning: the offset has no prior.
 template <int kOrder>
-Polynomial<kOrder> fit(std::span<const PathPoint> points) {
+Polynomial<kOrder> fit(std::span<const PathPoint> points, const Eigen::Matrix3d& prior_information) {
   constexpr int kSize = 3 * (kOrder + 1);
   using Vector = Eigen::Matrix<double, kSize, 1>;
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   Matrix information = Matrix::Zero();
   Vector rhs = Vector::Zero();
-  information.diagonal().template segment<3>(3).setConstant(1.0 / (kSpeedPriorSigma_mps * kSpeedPriorSigma_mps));
+  information.template block<3, 3>(3, 3) = prior_information;
   if constexpr (kOrder == 2) {
     // The coefficient is half the acceleration.
     information.diagonal().template segment<3>(6).setConstant(4.0 /
@@ -68,10 +68,10 @@ Polynomial<kOrder> fit(std::span<const PathPoint> points) {
 
 }  // namespace
 
-VelocityFit fit_velocity(std::span<const PathPoint> points) {
-  const Polynomial<1> line = fit<1>(points);
+VelocityFit fit_velocity(std::span<const PathPoint> points, const Eigen::Matrix3d& prior_information) {
+  const Polynomial<1> line = fit<1>(points, prior_information);
   if (points.size() >= kMinAcceleratedPoints) {
-    const Polynomial<2> curve = fit<2>(points);
+    const Polynomial<2> curve = fit<2>(points, prior_information);
     if (line.chi_square - curve.chi_square > kChiSquareGate3 * curve.variance_factor) {
       return {curve.coefficients.segment<3>(3), curve.velocity_covariance};
     }

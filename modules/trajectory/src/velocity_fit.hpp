@@ -7,7 +7,8 @@
 
 namespace kinetrace::trajectory {
 
-/// Prior standard deviation of velocities: wide, so that it matters only where errors of depth explain any velocity.
+/// Prior standard deviation of velocities along the ground: wide, so that it matters only where errors of depth explain
+/// any velocity.
 inline constexpr double kSpeedPriorSigma_mps = 50.0;
 
 struct PathPoint {
@@ -22,9 +23,9 @@ struct VelocityFit {
 };
 
 /// Fits constant velocity or, where significant and with at least kMinAcceleratedPoints points, constant acceleration.
-/// Covariances are scaled up where the residuals exceed the given information. Needs at least two points; a weak prior
-/// of rest keeps the fit finite for points of equal time.
+/// Covariances are scaled up where the residuals exceed the given information. Needs at least two points; the prior of
+/// the velocity keeps the fit finite for points of equal time.
 inline constexpr std::size_t kMinAcceleratedPoints = 7;
-[[nodiscard]] VelocityFit fit_velocity(std::span<const PathPoint> points);
+[[nodiscard]] VelocityFit fit_velocity(std::span<const PathPoint> points, const Eigen::Matrix3d& prior_information);
 
 }  // namespace kinetrace::trajectory

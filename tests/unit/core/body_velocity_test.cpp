@@ -8,7 +8,7 @@
 namespace kinetrace {
 namespace {
 
-constexpr MotionPrior kPrior{3.0, 1.0, 0.6, 0.2};
+constexpr MotionPrior kPrior{3.0, 1.0, 0.6, 0.2, 0.5};
 const Eigen::Vector3d kVertical = Eigen::Vector3d(1.0, 2.0, 2.0) / 3.0;
 const Eigen::Vector3d kAlong = Eigen::Vector3d(2.0, 1.0, -2.0) / 3.0;
 
@@ -20,6 +20,15 @@ TEST(MotionPrior, HoldsAlongTheGroundAndAlongItsNormal) {
   const Eigen::Matrix3d turn = kPrior.turn_covariance(kVertical);
   EXPECT_NEAR(kVertical.dot(turn * kVertical), 0.36, 1e-12);
   EXPECT_NEAR(kAlong.dot(turn * kAlong), 0.04, 1e-12);
+}
+
+TEST(MotionPrior, VelocitiesLieAlongTheGround) {
+  const Eigen::Matrix3d covariance = kPrior.velocity_covariance(kVertical, 20.0);
+  EXPECT_NEAR(kVertical.dot(covariance * kVertical), 0.25, 1e-12);
+  EXPECT_NEAR(kAlong.dot(covariance * kAlong), 400.0, 1e-9);
+  EXPECT_EQ(kPrior.velocity_covariance(std::nullopt, 20.0), Eigen::Matrix3d(400.0 * Eigen::Matrix3d::Identity()));
+  const Eigen::Matrix3d root = kPrior.velocity_root_information(kVertical, 20.0);
+  EXPECT_LT((root.transpose() * root * covariance - Eigen::Matrix3d::Identity()).norm(), 1e-9);
 }
 
 TEST(MotionPrior, IsTheSameInAllDirectionsWhereTheGroundIsNotKnown) {

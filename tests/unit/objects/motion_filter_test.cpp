@@ -70,6 +70,21 @@ TEST(MotionFilter, AVelocityIsWeightedByItsCovariance) {
   EXPECT_LT((started(moving_at({0.0, 1.0, 60.0}, fast)).velocity_mps() - fast).norm(), 0.2);
 }
 
+TEST(MotionFilter, AnUncertainDepthFromAboveLiftsNothing) {
+  const Eigen::Vector3d ray = Eigen::Vector3d(0.0, 1.0, 1.0).normalized();
+  MotionStart start = moving_at({0.0, 10.0, 20.0}, Eigen::Vector3d(5.0, 0.0, 0.0) - 4.0 * ray);
+  start.velocity_covariance = 0.04 * Eigen::Matrix3d::Identity() + 16.0 * ray * ray.transpose();
+  const auto velocity = [&](const std::optional<Eigen::Vector3d>& vertical) {
+    MotionFilter filter({}, kGeometry);
+    filter.set_vertical(vertical);
+    filter.start(start);
+    return filter.velocity_mps();
+  };
+  EXPECT_LT(velocity(std::nullopt).y(), -2.0);
+  EXPECT_GT(velocity(Eigen::Vector3d::UnitY()).y(), -0.7);
+  EXPECT_NEAR(velocity(Eigen::Vector3d::UnitY()).x(), 5.0, 0.1);
+}
+
 TEST(MotionFilter, FollowsAnObjectFromAMovingCamera) {
   const Eigen::Vector3d velocity(-2.0, 0.0, -6.0);
   Eigen::Vector3d position(6.0, 1.0, 60.0);

@@ -1,6 +1,7 @@
 #include "kinetrace/trajectory/object_motion.hpp"
 
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include <Eigen/Cholesky>
@@ -138,6 +139,25 @@ TEST(ObjectMotion, SureLateralMotionCountsThoughDepthIsUncertain) {
     motion.push(sample);
   }
   EXPECT_TRUE(motion.at(0).moving);
+}
+
+TEST(ObjectMotion, AnUncertainDepthFromAboveLiftsNothing) {
+  const Eigen::Vector3d ray = Eigen::Vector3d(0.0, 1.0, 1.0).normalized();
+  const auto velocity = [&](const std::optional<Eigen::Vector3d>& vertical) {
+    ObjectMotion motion({});
+    motion.set_vertical(vertical);
+    Path path(0.0);
+    for (int i = 0; i < 5; ++i) {
+      const double time_s = i * kFrame_s;
+      MotionSample sample = path.sample(time_s, Eigen::Vector3d(5.0 * time_s, 0.0, 0.0) - 4.0 * time_s * ray);
+      sample.position_covariance = 0.0004 * Eigen::Matrix3d::Identity() + 4.0 * ray * ray.transpose();
+      motion.push(sample);
+    }
+    return motion.at(0).velocity_mps;
+  };
+  EXPECT_GT(std::abs(velocity(std::nullopt).y()), 2.0);
+  EXPECT_LT(std::abs(velocity(Eigen::Vector3d::UnitY()).y()), 0.7);
+  EXPECT_NEAR(velocity(Eigen::Vector3d::UnitY()).x(), 5.0, 0.1);
 }
 
 TEST(ObjectMotion, CovarianceMatchesTheScatterOfVelocities) {

@@ -121,6 +121,27 @@ TEST_F(TrajectorySmootherTest, NeitherLeavesTheGroundNorTiltsByNoise) {
   EXPECT_LT(tilt, 0.5 * free_tilt);
 }
 
+/// A short path along x, whose error of depth, along the ray of a camera that looks down by 45 degrees, grows.
+TEST_F(TrajectorySmootherTest, AnUncertainDepthFromAboveLiftsNothing) {
+  const Eigen::Vector3d ray = Eigen::Vector3d(0.0, 1.0, 1.0).normalized();
+  const auto lift_mps = [&](const PathPrior& prior) {
+    std::vector<PathNode> nodes(5);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      const double time_s = kStep_s * static_cast<double>(k);
+      nodes[k] = {static_cast<std::int64_t>(std::llround(1e9 * time_s)),
+                  Se3{Eigen::Matrix3d::Identity(), Eigen::Vector3d(5.0 * time_s, 0.0, 0.0) - 4.0 * time_s * ray},
+                  covariance(0.01, 0.02), Se3{}};
+      nodes[k].covariance.bottomRightCorner<3, 3>() += 4.0 * ray * ray.transpose();
+    }
+    smoother_.smooth(nodes, 0, prior);
+    const Vector6d velocity = body_velocity(nodes.front(), nodes.back());
+    EXPECT_NEAR(velocity[3], 5.0, 0.1);
+    return std::abs((nodes.front().smoothed.rotation * velocity.tail<3>()).y());
+  };
+  EXPECT_GT(lift_mps({}), 2.0);
+  EXPECT_LT(lift_mps({.vertical = Eigen::Vector3d::UnitY()}), 0.7);
+}
+
 TEST_F(TrajectorySmootherTest, AcceptsGoodMeasurementsOfABrakingVehicle) {
   std::vector<PathNode> nodes(kMaxNodes);
   const auto place = [](double time_s) { return 10.0 * time_s - 0.5 * 6.0 * time_s * time_s; };

@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 constexpr StereoGeometry kRig{700.0, 700.0, 600.0, 180.0, 0.5, 1200, 360};
 constexpr PixelNoise kNoise{0.1, 0.2};
 // Practically no prior.
-constexpr MotionPrior kNoPrior{1e9, 1e9, 1e9, 1e9};
+constexpr MotionPrior kNoPrior{1e9, 1e9, 1e9, 1e9, 1e9};
 constexpr double kDepth_m = 20.0;
 constexpr double kHalf_m = 0.5;
 

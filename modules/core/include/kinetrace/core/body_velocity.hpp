@@ -60,6 +60,7 @@ struct MotionPrior {
   double vertical_acceleration_mps2 = 1.0;  ///< Along its normal.
   double turn_radps2 = 0.6;                 ///< Angular, about its normal.
   double tilt_radps2 = 0.2;                 ///< Angular, about directions along the ground.
+  double vertical_speed_mps = 1.0;          ///< Speed along the normal: of slopes, and errors of the normal.
 
   [[nodiscard]] Eigen::Matrix3d acceleration_covariance(const std::optional<Eigen::Vector3d>& vertical) const {
     return matrix(vertical, vertical_acceleration_mps2 * vertical_acceleration_mps2,
@@ -67,6 +68,16 @@ struct MotionPrior {
   }
   [[nodiscard]] Eigen::Matrix3d turn_covariance(const std::optional<Eigen::Vector3d>& vertical) const {
     return matrix(vertical, turn_radps2 * turn_radps2, tilt_radps2 * tilt_radps2, turn_radps2 * turn_radps2);
+  }
+  /// Of a velocity before anything is known of the path. `speed_mps`: standard deviation along the ground.
+  [[nodiscard]] Eigen::Matrix3d velocity_covariance(const std::optional<Eigen::Vector3d>& vertical,
+                                                    double speed_mps) const {
+    return matrix(vertical, vertical_speed_mps * vertical_speed_mps, speed_mps * speed_mps, speed_mps * speed_mps);
+  }
+  /// Square root of its information, world axes.
+  [[nodiscard]] Eigen::Matrix3d velocity_root_information(const std::optional<Eigen::Vector3d>& vertical,
+                                                          double speed_mps) const {
+    return matrix(vertical, 1.0 / vertical_speed_mps, 1.0 / speed_mps, 1.0 / speed_mps);
   }
   /// Square root of the information of a change of velocity (rad/s, m/s), in the body's own axes, over `span_s`.
   [[nodiscard]] Matrix6d root_information(const std::optional<Eigen::Vector3d>& vertical,

@@ -227,6 +227,8 @@ void visit_trajectory(Config& config, Visitor& visit) {
         "known, m/s^2");
   visit("trajectory.vertical_acceleration_mps2", j.motion.vertical_acceleration_mps2,
         "the same, along the ground's normal; for what flies as large as along the ground, m/s^2");
+  visit("trajectory.vertical_speed_mps", j.motion.vertical_speed_mps,
+        "standard deviation of an object's speed along the ground's normal; for what flies as large as its speed, m/s");
   visit("trajectory.turn_radps2", j.motion.turn_radps2,
         "standard deviation of an object's angular acceleration about the ground's normal; about every axis where the "
         "ground is not known, rad/s^2");

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "kinetrace/core/body.hpp"
 #include "kinetrace/core/se3.hpp"
@@ -63,6 +64,8 @@ class ObjectMotion {
   void set_gait(bool walks) noexcept { window_s_ = (walks ? 2.0 : 1.0) * config_.velocity_window_s; }
   void reset() noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  /// Normal of the ground, world axes; nothing where the ground is not known.
+  void set_vertical(const std::optional<Eigen::Vector3d>& vertical) noexcept { vertical_ = vertical; }
   /// Reference point of the path, object frame. Changing it applies to the whole ring.
   void set_reference(const Eigen::Vector3d& p_obj) noexcept { reference_obj_ = p_obj; }
   void push(const MotionSample& sample) noexcept;
@@ -96,6 +99,7 @@ class ObjectMotion {
   std::size_t size_ = 0;
   Eigen::Vector3d reference_obj_ = Eigen::Vector3d::Zero();
   double disparity_sigma_px_ = 0.0;
+  std::optional<Eigen::Vector3d> vertical_;
 };
 
 }  // namespace kinetrace::trajectory

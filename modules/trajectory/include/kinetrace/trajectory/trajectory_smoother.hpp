@@ -32,9 +32,9 @@ struct PathPrior {
 
 /// Fixed-lag smoother of SE(3) poses under a white-noise-on-acceleration prior (MotionPrior; on SE(3) as Anderson and
 /// Barfoot, IROS 2015): between frames the velocity of the body in its own axes changes no more than a vehicle can
-/// brake or steer, independent of the camera's rate, and the first one has a wide prior. Well measured poses hardly
-/// move; uncertain ones (far away, truncated, predicted) follow their neighbours. A Huber loss keeps a single outlier
-/// from bending the path.
+/// brake or steer, independent of the camera's rate, and the first one has a prior, wide along the ground. Well
+/// measured poses hardly move; uncertain ones (far away, truncated, predicted) follow their neighbours. A Huber loss
+/// keeps a single outlier from bending the path.
 ///
 /// Gauss-Newton on the pentadiagonal normal equations of 6 x 6 blocks: linear in the number of nodes.
 class TrajectorySmoother {
@@ -57,7 +57,8 @@ class TrajectorySmoother {
 
   void assemble(std::span<const PathNode> path, std::size_t fixed, const PathPrior& prior) noexcept;
   void add_measurement(const PathNode& node, BlockRow& row) const noexcept;
-  void add_velocity(std::span<const PathNode> path, std::size_t to, std::size_t fixed, const Vector6d& weight) noexcept;
+  void add_velocity(std::span<const PathNode> path, std::size_t to, std::size_t fixed, const Matrix6d& weight) noexcept;
+  void add_velocity_prior(std::span<const PathNode> path, std::size_t fixed, const PathPrior& prior) noexcept;
   void add_smoothness(std::span<const PathNode> path, std::size_t middle, std::size_t fixed,
                       const std::optional<Eigen::Vector3d>& vertical) noexcept;
   /// Solves in place; the perturbation of node k is in rows_[k].rhs.
