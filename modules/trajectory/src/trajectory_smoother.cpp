@@ -35,6 +35,17 @@ bool rotation_unknown(const PathNode& node) {
   return node.covariance.topLeftCorner<3, 3>().trace() > 3.0 * kUnknownRotation_rad2;
 }
 
+/// Covariance of a pose whose rotation is held: that of its position given the rotation.
+Matrix6d given_rotation(const Matrix6d& covariance) {
+  const Eigen::Matrix3d with_rotation = covariance.topRightCorner<3, 3>();
+  Matrix6d given = Matrix6d::Zero();
+  given.topLeftCorner<3, 3>().diagonal().setConstant(kRotationFloor_rad * kRotationFloor_rad);
+  given.bottomRightCorner<3, 3>() =
+      covariance.bottomRightCorner<3, 3>() -
+      with_rotation.transpose() * covariance.topLeftCorner<3, 3>().ldlt().solve(with_rotation);
+  return given;
+}
+
 BodyVelocity differentiated_velocity(const PathNode& a, const PathNode& b) {
   return kinetrace::body_velocity(a.smoothed, b.smoothed, seconds(a, b));
 }
@@ -182,7 +193,7 @@ void TrajectorySmoother::smooth(std::span<PathNode> path, std::size_t fixed, con
   if (std::all_of(path.begin(), path.end(), rotation_unknown)) {
     // The path must not determine the rotation of an object whose rotation was never measured.
     for (PathNode& node : path) {
-      node.covariance.topLeftCorner<3, 3>() = kRotationFloor_rad * kRotationFloor_rad * Eigen::Matrix3d::Identity();
+      node.covariance = given_rotation(node.covariance);
     }
   }
   const std::size_t count = path.size() - fixed;

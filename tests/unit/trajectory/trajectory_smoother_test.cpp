@@ -121,6 +121,26 @@ TEST_F(TrajectorySmootherTest, NeitherLeavesTheGroundNorTiltsByNoise) {
   EXPECT_LT(tilt, 0.5 * free_tilt);
 }
 
+/// An object that is followed by the middle of its visible part, several metres before its origin.
+TEST_F(TrajectorySmootherTest, ARotationThatWasNeverMeasuredLeavesThePathAsItWasMeasured) {
+  std::vector<PathNode> nodes(6);
+  const Eigen::Matrix3d lever = skew(Eigen::Vector3d(3.0, 1.0, 4.0));
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const double time_s = kStep_s * static_cast<double>(k);
+    nodes[k] = {static_cast<std::int64_t>(std::llround(1e9 * time_s)),
+                Se3{Eigen::Matrix3d::Identity(), {5.0 * time_s, 0.0, 20.0}}, covariance(1.5, 0.1), Se3{}};
+    const Eigen::Matrix3d of_rotation = nodes[k].covariance.topLeftCorner<3, 3>();
+    nodes[k].covariance.topRightCorner<3, 3>() = of_rotation * lever.transpose();
+    nodes[k].covariance.bottomLeftCorner<3, 3>() = lever * of_rotation;
+    nodes[k].covariance.bottomRightCorner<3, 3>() += lever * of_rotation * lever.transpose();
+  }
+  smoother_.smooth(nodes, 0);
+  for (const PathNode& node : nodes) {
+    EXPECT_LT((node.smoothed.translation - node.measured.translation).norm(), 0.01);
+    EXPECT_LT((node.smoothed.rotation - node.measured.rotation).norm(), 1e-3);
+  }
+}
+
 /// A short path along x, whose error of depth, along the ray of a camera that looks down by 45 degrees, grows.
 TEST_F(TrajectorySmootherTest, AnUncertainDepthFromAboveLiftsNothing) {
   const Eigen::Vector3d ray = Eigen::Vector3d(0.0, 1.0, 1.0).normalized();
