@@ -32,12 +32,12 @@ std::size_t resident_bytes() {
   return resident_pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-// Frames have the processor first: a thread of this niceness gets a tenth of what another one gets, and the rest of the
-// time alone. It holds for the calling thread and for those it starts. A refusal by the system is ignored.
+// Frames have the processor first: a thread that is nicer by this gets a tenth of what another one gets, and the rest
+// of the time alone. It holds for the calling thread and for those it starts. A refusal by the system is ignored.
 constexpr int kNetworkNiceness = 10;
 
 void give_way_to_frames() {
-  static_cast<void>(::setpriority(PRIO_PROCESS, 0, kNetworkNiceness));
+  static_cast<void>(::setpriority(PRIO_PROCESS, 0, ::getpriority(PRIO_PROCESS, 0) + kNetworkNiceness));
 }
 
 /// Masks of one image, kept beyond the network's next answer.
