@@ -58,6 +58,7 @@ class TrajectorySmoother {
   void assemble(std::span<const PathNode> path, std::size_t fixed, const PathPrior& prior) noexcept;
   void add_measurement(const PathNode& node, BlockRow& row) const noexcept;
   void add_velocity(std::span<const PathNode> path, std::size_t to, std::size_t fixed, const Matrix6d& weight) noexcept;
+  /// Rest in every interval, or the first velocity along the ground.
   void add_velocity_prior(std::span<const PathNode> path, std::size_t fixed, const PathPrior& prior) noexcept;
   void add_smoothness(std::span<const PathNode> path, std::size_t middle, std::size_t fixed,
                       const std::optional<Eigen::Vector3d>& vertical) noexcept;
