@@ -80,16 +80,17 @@ class Information {
       Matrix6d by_to;
     };
     std::vector<Velocity> velocities;
-    Matrix6d slow = weights(kMaxTurn_radps, kMaxSpeed_mps).asDiagonal();
-    // True poses are upright: y is down.
-    slow(4, 4) = 1.0 / std::min(kMaxSpeed_mps, prior.vertical_speed_mps);
+    const Matrix6d slow = weights(kMaxTurn_radps, kMaxSpeed_mps).asDiagonal();
+    // Of the first velocity; the others follow by their changes. True poses are upright: y is down.
+    Matrix6d along_ground = slow;
+    along_ground(4, 4) = 1.0 / std::min(kMaxSpeed_mps, prior.vertical_speed_mps);
     for (std::size_t k = 0; k + 1 < body.views.size(); ++k) {
       const SeenBody::View& from = body.views[k];
       const SeenBody::View& to = body.views[k + 1];
       const double step_s = std::max(1e-9 * static_cast<double>(to.timestamp_ns - from.timestamp_ns), kMinStep_s);
       const Matrix6d back = adjoint(to.T_world_obj.inverse() * from.T_world_obj);
       velocities.push_back({step_s, -back / step_s, Matrix6d::Identity() / step_s});
-      add_factor(slow, {{k, velocities.back().by_from}, {k + 1, velocities.back().by_to}});
+      add_factor(k == 0 ? along_ground : slow, {{k, velocities.back().by_from}, {k + 1, velocities.back().by_to}});
     }
     for (std::size_t k = 0; k + 1 < velocities.size(); ++k) {
       const Velocity& before = velocities[k];

@@ -27,7 +27,7 @@ struct PoseBound {
 ///   J_kl = delta_kl sum_j D_j^T M_kj D_j - sum_j D_j^T M_kj U_j^-1 M_lj D_j + P_kl
 ///
 /// is the Fisher information of the poses once points are eliminated (bundle adjustment's reduced normal equations;
-/// Triggs et al. 2000), P that of the prior: MotionPrior, and no more than 50 m/s along the ground and 10 rad/s. With a
+/// Triggs et al. 2000), P that of the prior: MotionPrior, and no more than 50 m/s and 10 rad/s. With a
 /// prior the bound is van Trees' (1968; for sequences Tichavsky, Muravchik, Nehorai 1998), at
 /// the true path. The first pose is the object's frame. Motion has the covariance of xi_k - xi_k-1: exactly the error
 /// that ObjectErrors::motion measures.
