@@ -77,7 +77,8 @@ Result<DetectionFrame> AutoSegmenter::process(const SegmentationInput& input) {
 }
 
 DetectionFrame AutoSegmenter::weigh(const DetectionFrame& seen, const DetectionFrame& moving) noexcept {
-  const int dropped = left_.fuse({seen.left_labels, seen.left}, {moving.left_labels, moving.left});
+  const int dropped =
+      left_.fuse({seen.left_labels, seen.left}, {moving.left_labels, moving.left, motion_->disparities_px()});
   counters_.detections += left_.detections().size();
   DetectionFrame frame;
   frame.available = true;

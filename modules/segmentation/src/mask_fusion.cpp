@@ -22,6 +22,9 @@ constexpr float kRegionNats = 0.3F;
 /// it is dropped.
 constexpr float kCoveredNats = -1.2F;
 
+/// Diagonal of a person's box in the image, at most: a tall one who strides.
+constexpr float kPerson_m = 2.2F;
+
 constexpr int kRows = kMaxObjects + 2;     // Background, candidates, ignored pixels.
 constexpr int kColumns = kMaxObjects + 1;  // Background, regions.
 
@@ -70,6 +73,7 @@ float log_odds_of(float probability) noexcept {
 
 MaskFusion::MaskFusion(const StereoGeometry& geometry, int max_objects, int min_area_px, Arena& arena)
     : min_area_px_(min_area_px),
+      baseline_m_(static_cast<float>(geometry.baseline_m)),
       labels_(take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px)),
       detections_(arena, static_cast<std::size_t>(max_objects)),
       objects_(arena, std::size_t{2} * kMaxObjects),
@@ -85,7 +89,7 @@ int MaskFusion::fuse(const LabelledInstances& network, const LabelledInstances& 
                [&](int row, int column, int, int x0, int x1) { shared_px_.row(row)[column] += x1 - x0; });
   objects_.clear();
   accept_candidates(network.instances, motion.instances);
-  accept_regions(motion.instances);
+  accept_regions(motion);
   const int dropped = number_objects();
   draw(network.labels, motion.labels);
   return dropped;
@@ -118,14 +122,40 @@ void MaskFusion::accept_candidates(std::span<const Detection> candidates, std::s
                                 .class_id = candidate.class_id,
                                 .log_odds = log_odds,
                                 .area_px = candidate.area_px,
+                                .box_px = candidate.box_px,
                                 .moving = moving});
     }
   }
 }
 
-void MaskFusion::accept_regions(std::span<const Detection> regions) noexcept {
+MaskFusion::Object* MaskFusion::person_with(const Detection& region, float disparity_px) noexcept {
+  Object* best = nullptr;
+  int best_px = 0;
+  for (Object& object : objects_) {
+    const int both_px = shared_px_.row(object.label)[region.label];
+    if (object.is_region || object.class_id != kPedestrianClass || both_px <= best_px) {
+      continue;
+    }
+    PixelBox all = object.box_px;
+    all.include(region.box_px.x0, region.box_px.y0);
+    all.include(region.box_px.x1 - 1, region.box_px.y1 - 1);
+    if (std::hypot(all.width(), all.height()) * baseline_m_ < kPerson_m * disparity_px) {
+      best = &object;
+      best_px = both_px;
+    }
+  }
+  return best;
+}
+
+void MaskFusion::accept_regions(const LabelledInstances& motion) noexcept {
   const std::size_t candidates = objects_.size();
-  for (const Detection& region : regions) {
+  for (std::size_t r = 0; r < motion.instances.size(); ++r) {
+    const Detection& region = motion.instances[r];
+    if (Object* const person =
+            motion.disparities_px.empty() ? nullptr : person_with(region, motion.disparities_px[r])) {
+      person->moving = person->moving || region.moving;
+      continue;
+    }
     int own_px = region.area_px - shared_px_.row(row_of(kIgnoreLabel))[region.label];
     for (std::size_t k = 0; k < candidates; ++k) {
       own_px -= shared_px_.row(objects_[k].label)[region.label];

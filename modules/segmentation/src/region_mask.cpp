@@ -61,6 +61,7 @@ RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max
   const int height = (geometry.height_px + kCellPx - 1) / kCellPx;
   labels_ = take_image<std::uint8_t>(arena, geometry.width_px, geometry.height_px);
   detections_ = FixedVector<Detection>(arena, static_cast<std::size_t>(max_objects));
+  disparities_px_ = FixedVector<float>(arena, static_cast<std::size_t>(max_objects));
   candidates_ = FixedVector<Candidate>(arena, MotionMemory::kMaxRegions);
   drawn_ = FixedVector<Candidate>(arena, MotionMemory::kMaxRegions);
   inherited_ = FixedVector<std::uint32_t>(arena, n);
@@ -413,6 +414,7 @@ void RegionMask::write_labels() {
   std::array<std::uint8_t, MotionMemory::kMaxRegions> label_of{};
   region_of_label_.fill(0);
   detections_.clear();
+  disparities_px_.clear();
   for (std::size_t k = 0; k < candidates_.size(); ++k) {
     const std::uint8_t c = order[k];
     if (cells[c] * kCellPx * kCellPx < min_area_px_ || detections_.full()) {
@@ -424,6 +426,7 @@ void RegionMask::write_labels() {
     detection.moving = candidates_[c].moving;
     region_of_label_[detection.label] = candidates_[c].region_id;
     (void)detections_.push_back(detection);
+    (void)disparities_px_.push_back(candidates_[c].disparity_px);  // as many places
   }
   for (int y = 0; y < owner_.height; ++y) {
     std::uint8_t* const row = labels_.row(y * kCellPx);

@@ -19,6 +19,8 @@ constexpr StereoGeometry kGeometry{.fx_px = 100.0,
                                    .baseline_m = 0.5,
                                    .width_px = kWidth,
                                    .height_px = kHeight};
+/// Of all instances: at this depth a person is at most 22 pixels tall.
+constexpr float kDisparity_px = 5.F;
 constexpr float kSure = 0.95F;
 constexpr float kWeak = 0.3F;
 
@@ -28,6 +30,7 @@ class Drawing {
   void add(const PixelBox& box, std::uint16_t class_id = kUnknownClass, float score = 1.F) {
     instances_.push_back(
         {static_cast<std::uint8_t>(instances_.size() + 1), class_id, score, box, box.width() * box.height()});
+    disparities_px_.push_back(kDisparity_px);
     fill(box, instances_.back().label);
   }
   void add_moving(const PixelBox& box) {
@@ -35,7 +38,9 @@ class Drawing {
     instances_.back().moving = true;
   }
   void ignore(const PixelBox& box) { fill(box, kIgnoreLabel); }
-  [[nodiscard]] LabelledInstances view() const { return {{pixels_.data(), kWidth, kHeight, kWidth}, instances_}; }
+  [[nodiscard]] LabelledInstances view() const {
+    return {{pixels_.data(), kWidth, kHeight, kWidth}, instances_, disparities_px_};
+  }
 
  private:
   void fill(const PixelBox& box, std::uint8_t label) {
@@ -45,6 +50,7 @@ class Drawing {
   }
   std::vector<std::uint8_t> pixels_ = std::vector<std::uint8_t>(static_cast<std::size_t>(kWidth) * kHeight);
   std::vector<Detection> instances_;
+  std::vector<float> disparities_px_;
 };
 
 class MaskFusionTest : public ::testing::Test {
@@ -188,6 +194,45 @@ TEST_F(MaskFusionTest, ARegionOfWhichTheNetworkSeesLittleIsOneBesideIt) {
   EXPECT_EQ(found()[0].area_px, 36 * 20);
   EXPECT_EQ(found()[1].area_px, 4 * 20);
   expect_consistent();
+}
+
+TEST_F(MaskFusionTest, AMovingTrunkIsAPartOfThePersonWhoseLegsTheNetworkFound) {
+  network_.add({10, 20, 18, 30}, kPedestrianClass, kSure);
+  motion_.add_moving({8, 12, 18, 21});
+  make();
+  fuse();
+  ASSERT_EQ(found().size(), 1U);
+  EXPECT_EQ(found()[0].class_id, kPedestrianClass);
+  EXPECT_EQ(found()[0].area_px, 80) << "with the network's contour";
+  EXPECT_TRUE(found()[0].moving);
+  expect_consistent();
+}
+
+TEST_F(MaskFusionTest, ARegionThatDoesNotFitIntoThePersonIsAnother) {
+  network_.add({10, 20, 18, 30}, kPedestrianClass, kSure);
+  motion_.add_moving({8, 5, 28, 21});  // a diagonal of 32 pixels
+  make();
+  fuse();
+  ASSERT_EQ(found().size(), 2U);
+  EXPECT_EQ(found()[0].class_id, kUnknownClass);
+  EXPECT_FALSE(found()[1].moving);
+  expect_consistent();
+}
+
+TEST_F(MaskFusionTest, ARegionBesideAPersonIsAnother) {
+  network_.add({10, 20, 18, 30}, kPedestrianClass, kSure);
+  motion_.add_moving({18, 15, 24, 30});  // fits, but touches it only
+  make();
+  fuse();
+  EXPECT_EQ(found().size(), 2U);
+}
+
+TEST_F(MaskFusionTest, ARegionThatOverlapsAVehicleIsNoPartOfIt) {
+  network_.add({10, 20, 18, 30}, kVehicleClass, kSure);
+  motion_.add_moving({8, 12, 18, 21});
+  make();
+  fuse();
+  EXPECT_EQ(found().size(), 2U);
 }
 
 TEST_F(MaskFusionTest, WhatIsToBeIgnoredStaysSo) {

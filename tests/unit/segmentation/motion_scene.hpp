@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetrace/core/arena.hpp"
-#include "kinetrace/segmentation/segmenter.hpp"
+#include "kinetrace/segmentation/motion_segmenter.hpp"
 #include "synthetic_world.hpp"
 
 namespace kinetrace::segmentation {
@@ -36,8 +36,8 @@ class MotionScene {
     config.mode = SegmentationMode::kMotion;
     config.motion = motion;
     config.max_objects = max_objects;
-    arena_ = std::make_unique<Arena>(required_bytes(config, geometry_, world.capacity));
-    auto made = make_segmenter(config, geometry_, world.capacity, *arena_);
+    arena_ = std::make_unique<Arena>(MotionSegmenter::required_bytes(config, geometry_, world.capacity));
+    auto made = MotionSegmenter::create(config, geometry_, world.capacity, *arena_);
     EXPECT_TRUE(made.has_value()) << made.error().message;
     segmenter_ = std::move(*made);
   }
@@ -69,7 +69,7 @@ class MotionScene {
   }
 
   [[nodiscard]] const DetectionFrame& last() const { return last_; }
-  [[nodiscard]] Segmenter& segmenter() { return *segmenter_; }
+  [[nodiscard]] MotionSegmenter& segmenter() { return *segmenter_; }
   [[nodiscard]] test::SyntheticWorld& world() { return world_; }
 
  private:
@@ -135,7 +135,7 @@ class MotionScene {
   std::size_t object_count_ = 0;
   test::SyntheticWorld world_;
   std::unique_ptr<Arena> arena_;
-  std::unique_ptr<Segmenter> segmenter_;
+  std::unique_ptr<MotionSegmenter> segmenter_;
   Se3 T_world_prev_;
   DetectionFrame last_;
   std::vector<std::uint8_t> truth_;

@@ -197,8 +197,16 @@ TEST(MotionSegmenter, KeepsTheLargestObjectsAndCountsTheRest) {
     EXPECT_EQ(score.detections, static_cast<std::size_t>(max_objects));
     EXPECT_EQ(score.hits[2], max_objects == 3 ? 1U : 0U) << "the farthest looks smallest";
     EXPECT_EQ(scene.segmenter().counters().detections_dropped - dropped_before, max_objects == 3 ? 0U : 1U);
+    const StereoGeometry rig = test::street_rig();
+    std::vector<double> depths_m;
     for (std::size_t k = 0; k < scene.last().left.size(); ++k) {
       EXPECT_EQ(scene.last().left[k].label, k + 1);
+      depths_m.push_back(rig.fx_px * rig.baseline_m / scene.segmenter().disparities_px()[k]);
+    }
+    using testing::DoubleNear;
+    if (max_objects == 3) {
+      EXPECT_THAT(depths_m,
+                  testing::UnorderedElementsAre(DoubleNear(14.0, 1.0), DoubleNear(20.0, 1.5), DoubleNear(30.0, 2.5)));
     }
   }
 }

@@ -20,12 +20,15 @@ inline constexpr float kMinCandidateProbability = 0.1F;
 struct LabelledInstances {
   LabelView labels;
   std::span<const Detection> instances;
+  std::span<const float> disparities_px{};  ///< Of the instances; empty if unknown.
 };
 
 /// Every hypothesis of an object has log-odds, and is accepted if they are positive:
 /// - a network's candidate: the log-odds of its score, which is a probability, plus evidence from a moving region, in
 ///   proportion to their IoU;
-/// - a moving region: the log-odds of a confirmed one, less a penalty for its part under accepted candidates.
+/// - a moving region: the log-odds of a confirmed one, less a penalty for its part under accepted candidates. One that
+///   overlaps an accepted person, and fits into one with it, is a part of that person: networks find the legs, or the
+///   trunk alone.
 /// An accepted candidate keeps its class and all its pixels, so that candidates divide a region under several of them.
 /// An accepted region keeps its pixels outside accepted candidates, and has no class. Pixels that the network marks as
 /// ignored stay ignored.
@@ -50,6 +53,7 @@ class MaskFusion {
     std::uint16_t class_id = kUnknownClass;
     float log_odds = 0.F;
     int area_px = 0;
+    PixelBox box_px{};
     bool moving = false;
     std::uint8_t result = kBackgroundLabel;  ///< Label of its pixels.
   };
@@ -58,11 +62,14 @@ class MaskFusion {
   template <typename Visit>
   void for_each_run(LabelView network, LabelView motion, Visit&& visit) const noexcept;
   void accept_candidates(std::span<const Detection> candidates, std::span<const Detection> regions) noexcept;
-  void accept_regions(std::span<const Detection> regions) noexcept;
+  void accept_regions(const LabelledInstances& motion) noexcept;
+  /// The accepted candidate of the person of whom a region is a part; null if of none.
+  [[nodiscard]] Object* person_with(const Detection& region, float disparity_px) noexcept;
   [[nodiscard]] int number_objects() noexcept;
   void draw(LabelView network, LabelView motion) noexcept;
 
   int min_area_px_ = 0;
+  float baseline_m_ = 0.F;
   MutableLabelView labels_;
   FixedVector<Detection> detections_;
   FixedVector<Object> objects_;

@@ -32,6 +32,9 @@ class MotionSegmenter final : public Segmenter {
   [[nodiscard]] Result<DetectionFrame> process(const SegmentationInput& input) override;
   void reset() override;
 
+  /// Central disparity of each detection of the last frame.
+  [[nodiscard]] std::span<const float> disparities_px() const noexcept { return mask_.disparities_px(); }
+
  private:
   MotionSegmenter() = default;
   static void carve(const SegmentationConfig& config, const StereoGeometry& geometry, int max_features, Arena& arena,

@@ -56,6 +56,8 @@ class RegionMask {
   [[nodiscard]] LabelView labels() const noexcept { return labels_; }
   /// Largest first; class unknown.
   [[nodiscard]] std::span<const Detection> detections() const noexcept { return detections_.span(); }
+  /// Central disparity of each of them.
+  [[nodiscard]] std::span<const float> disparities_px() const noexcept { return disparities_px_.span(); }
 
  private:
   /// A region being drawn.
@@ -103,6 +105,7 @@ class RegionMask {
   int min_area_px_ = 0;
   MutableLabelView labels_;
   FixedVector<Detection> detections_;
+  FixedVector<float> disparities_px_;  ///< Of the detections.
   FixedVector<Candidate> candidates_;
   FixedVector<Candidate> drawn_;  ///< Of the frame before.
   std::array<std::uint32_t, kMaxObjects + 1> region_of_label_{};
