@@ -5,6 +5,8 @@
 #include <cstring>
 #include <tuple>
 
+#include "kinetrace/segmentation/candidate_filter.hpp"
+
 namespace kinetrace::segmentation {
 namespace {
 
@@ -21,9 +23,6 @@ constexpr float kRegionNats = 0.3F;
 /// region was mostly background in 1467 of 2257 regions, more of the candidate's object in 775, another object in 15:
 /// it is dropped.
 constexpr float kCoveredNats = -1.2F;
-
-/// Diagonal of a person's box in the image, at most: a tall one who strides.
-constexpr float kPerson_m = 2.2F;
 
 constexpr int kRows = kMaxObjects + 2;     // Background, candidates, ignored pixels.
 constexpr int kColumns = kMaxObjects + 1;  // Background, regions.
@@ -139,7 +138,7 @@ MaskFusion::Object* MaskFusion::person_with(const Detection& region, float dispa
     PixelBox all = object.box_px;
     all.include(region.box_px.x0, region.box_px.y0);
     all.include(region.box_px.x1 - 1, region.box_px.y1 - 1);
-    if (std::hypot(all.width(), all.height()) * baseline_m_ < kPerson_m * disparity_px) {
+    if (std::hypot(all.width(), all.height()) * baseline_m_ < kLargestPerson_m * disparity_px) {
       best = &object;
       best_px = both_px;
     }

@@ -10,6 +10,7 @@ void NetworkSegmenter::carve(const SegmentationConfig& config, const StereoGeome
   if (config.onnx.right) {
     segmenter.right_ = MaskCanvas(geometry, config.max_objects, arena);
   }
+  segmenter.filter_ = CandidateFilter(geometry, max_features, arena);
   segmenter.warp_ = MaskWarp(geometry, max_features, config.onnx.right, arena);
   segmenter.relabeler_ = InstanceRelabeler(arena);
 }
@@ -95,12 +96,16 @@ Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input)
     collect();
   }
   if (collected_ != nullptr) {
+    if (collected_as_.age_frames == 0) {
+      filter_.remember(input.features);
+    }
     deliver(input, frame);
   }
   counters_.frames_missing += is_due_ && !frame.available ? 1 : 0;
   // Only after warping the masks of the frame before.
   if (under_way_ && under_way_->age_frames == 0) {
     warp_.remember(input);
+    filter_.remember(input.features);
   }
   return frame;
 }
@@ -122,7 +127,7 @@ void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& f
     }
     counters_.detections_dropped += static_cast<std::uint64_t>(canvas.finish(config_, relabeler_));
   };
-  draw(collected_->left, View::kLeft, left_);
+  draw(filter_.plausible(collected_->left), View::kLeft, left_);
   frame.available = true;
   frame.searched_px = collected_as_.region_px;
   frame.left_labels = left_.labels();

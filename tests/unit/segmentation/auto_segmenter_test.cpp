@@ -101,10 +101,10 @@ TEST_F(AutoSegmenterTest, WhatBothSeeIsOneObjectOfTheNetworksClass) {
   const DetectionFrame moving = step_until_it_moves();
   ASSERT_EQ(moving.left.size(), 1U);
   ASSERT_EQ(moving.left[0].class_id, kUnknownClass);
-  network_.show(kPedestrianClass, kSure, moving.left[0].box_px);
+  network_.show(kVehicleClass, kSure, moving.left[0].box_px);
   const DetectionFrame both = step();
   ASSERT_EQ(both.left.size(), 1U) << "a mask, and a region on it";
-  EXPECT_EQ(both.left[0].class_id, kPedestrianClass);
+  EXPECT_EQ(both.left[0].class_id, kVehicleClass);
 }
 
 TEST_F(AutoSegmenterTest, AFrameWithoutMasksHasWhatMovesAndSaysSo) {

@@ -46,13 +46,13 @@ class NetworkSegmenterTest : public ::testing::Test {
     arena_ = std::make_unique<Arena>(required_bytes(config_, kGeometry, 10));
     segmenter_ = make_segmenter(config_, kGeometry, 10, *arena_, {.external = nullptr, .network = &network_}).value();
   }
-  /// Three features in the mask move a pixel to the right with every frame.
+  /// Four features in the mask move a pixel to the right with every frame.
   DetectionFrame run(std::int64_t index, bool is_cut = false) {
-    for (std::uint16_t i = 0; i < 3; ++i) {
+    for (std::uint16_t i = 0; i < features_.size(); ++i) {
       features_[i].id = i + 1U;
       features_[i].slot = i;
-      features_[i].left_px = {static_cast<float>(12 + 3 * i + index), 12.F};
-      features_[i].u_right_px = features_[i].left_px.x();
+      features_[i].left_px = {static_cast<float>(12 + 2 * i + index), 12.F};
+      features_[i].u_right_px = features_[i].left_px.x() - disparity_px_;
     }
     SegmentationInput input;
     input.pair.frame_index = index;
@@ -66,7 +66,8 @@ class NetworkSegmenterTest : public ::testing::Test {
   ScriptedNetwork network_;
   std::vector<std::uint16_t> runs_{0, 100};
   RunLengthMask mask_{kVehicleClass, 0.9F, {10, 10, 20, 20}, runs_};
-  std::vector<Feature> features_{3};
+  std::vector<Feature> features_{4};
+  float disparity_px_ = 0.F;
   std::vector<Track> tracks_;
   std::unique_ptr<Arena> arena_;
   std::unique_ptr<Segmenter> segmenter_;
@@ -97,6 +98,19 @@ TEST_F(NetworkSegmenterTest, MasksComeLaterAndWhereTheirObjectIsThen) {
   EXPECT_EQ(available, (std::vector<bool>{false, false, true, false, true, false}));
   EXPECT_EQ(network_.offered, (std::vector<std::int64_t>{0, 2, 4}));
   EXPECT_EQ(segmenter_->counters().frames_missing, 0U) << "none was to come in between";
+}
+
+TEST_F(NetworkSegmenterTest, APersonLargerThanAnyIsNone) {
+  mask_.class_id = kPedestrianClass;
+  for (const int latency_frames : {0, 1}) {
+    make(latency_frames);
+    disparity_px_ = 1.F;  // a diagonal of 7 m
+    const DetectionFrame first = run(0);
+    disparity_px_ = 10.F;
+    const DetectionFrame second = run(1);
+    EXPECT_EQ((latency_frames == 0 ? first : second).left.size(), 0U) << "by the features of its own frame";
+    EXPECT_EQ((latency_frames == 0 ? second : run(2)).left.size(), 1U);
+  }
 }
 
 TEST_F(NetworkSegmenterTest, ASlowNetworkIsTakenWhenItIsDone) {

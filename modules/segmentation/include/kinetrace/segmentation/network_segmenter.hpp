@@ -8,6 +8,7 @@
 #include <span>
 
 #include "kinetrace/core/instance_masks.hpp"
+#include "kinetrace/segmentation/candidate_filter.hpp"
 #include "kinetrace/segmentation/instance_image.hpp"
 #include "kinetrace/segmentation/mask_canvas.hpp"
 #include "kinetrace/segmentation/mask_warp.hpp"
@@ -56,6 +57,7 @@ class NetworkSegmenter final : public Segmenter {
   DelayedMaskSource* network_ = nullptr;
   MaskCanvas left_;
   MaskCanvas right_;  ///< Without memory if the right image is not segmented.
+  CandidateFilter filter_;
   MaskWarp warp_;
   InstanceRelabeler relabeler_;
   std::optional<UnderWay> under_way_;
