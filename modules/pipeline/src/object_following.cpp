@@ -120,10 +120,11 @@ bool ObjectState::update_filter_by_position(const StereoObservation& observation
     life_.provisional = false;
     return true;
   }
-  // A mask that is only predicted may lie on another surface: it does not show that the object is elsewhere.
-  const bool is_detected = life_.track.missed_frames == 0;
+  // A mask that is only predicted may lie on another surface, one of an occluded object has features of what is in
+  // front of it: they do not show that the object is elsewhere.
+  const bool is_seen = life_.track.missed_frames == 0 && !is_mostly_occluded();
   frame_.identity_switched = life_.provisional && observation.agreeing >= kMinOwnFeatures;
-  if (frame_.identity_switched || !is_detected || ++life_.rejections < kMaxRejections) {
+  if (frame_.identity_switched || !is_seen || ++life_.rejections < kMaxRejections) {
     return false;
   }
   life_.rejections = 0;

@@ -77,6 +77,8 @@ RegionMask::RegionMask(const StereoGeometry& geometry, int max_features, int max
   grey_ = take_image<float>(arena, width, height);
   weight_right_ = take_image<float>(arena, width, height);
   weight_down_ = take_image<float>(arena, width, height);
+  first_column_ = arena.take<float>(static_cast<std::size_t>(height));
+  last_column_ = arena.take<float>(static_cast<std::size_t>(height));
   stack_ = arena.take<std::uint32_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
 }
 
@@ -92,7 +94,7 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
   blob_of_cell_ = blob_of_cell;
   const std::span<const Feature> known = features.first(motions.size());
   for (int y = 0; y < owner_.height; ++y) {
-    std::fill_n(owner_.row(y), owner_.width, std::int16_t{-1});
+    std::fill_n(owner_.row(y), owner_.width, kNobody);
     std::fill_n(best_.row(y), best_.width, 0.F);
   }
   candidates_.clear();
@@ -111,6 +113,9 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
       assign_cells(candidate, candidates_.size());
       (void)candidates_.push_back(candidate);  // as many places as regions
     }
+  }
+  if (dense.history.size() > 0 && !dense.history.at(0).image.empty()) {
+    complete_vehicles(known, dense);
   }
   write_labels();
   std::swap(drawn_, candidates_);
@@ -401,7 +406,7 @@ void RegionMask::write_labels() {
   for (int y = 0; y < owner_.height; ++y) {
     for (int x = 0; x < owner_.width; ++x) {
       if (owner_.row(y)[x] >= 0) {
-        ++cells[static_cast<std::size_t>(owner_.row(y)[x])];
+        ++cells[static_cast<std::size_t>(owner_.row(y)[x] % kCompleted)];
       }
     }
   }
@@ -434,9 +439,9 @@ void RegionMask::write_labels() {
     std::fill_n(row, labels_.width, kBackgroundLabel);
     for (int x = 0; x < owner_.width; ++x) {
       const std::int16_t o = owner_.row(y)[x];
-      const std::uint8_t label = o < 0 ? kBackgroundLabel : label_of[static_cast<std::size_t>(o)];
+      const std::uint8_t label = o < 0 ? kBackgroundLabel : label_of[static_cast<std::size_t>(o % kCompleted)];
       posterior_.row(y)[x] = best_.row(y)[x];
-      previous_.row(y)[x] = label == kBackgroundLabel ? 0U : region_of_label_[label];
+      previous_.row(y)[x] = label == kBackgroundLabel || o >= kCompleted ? 0U : region_of_label_[label];
       if (label != kBackgroundLabel) {
         const int x0 = x * kCellPx;
         const int x1 = std::min(x0 + kCellPx, labels_.width);

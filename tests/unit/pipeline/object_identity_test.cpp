@@ -48,6 +48,27 @@ TEST_F(ObjectStateTest, StaysOnItsPathWhereOnlyAPredictedMaskLiesElsewhere) {
   EXPECT_NEAR(last.T_world_obj.translation.z(), 12.0, 1.0);
 }
 
+// Of an occluded object, a mask may have two features, both of what is in front of it.
+TEST_F(ObjectStateTest, StaysOnItsPathWhereAnOccludersFeaturesAreOnItsMask) {
+  for (const float visible_part : {1.F, 0.4F}) {
+    const std::vector<Feature> own = front({-1.5, 0.2, 12.0});
+    object_.begin(track(box_of(own)));
+    for (int frame = 0; frame < 9; ++frame) {
+      observe(object_, track(box_of(own)), own);
+    }
+    std::vector<Feature> occluder = of_another(front({-0.5, 0.13, 4.0}));
+    occluder.resize(2);
+    Track seen = track(box_of(own));
+    seen.visible_part = visible_part;
+    bool is_elsewhere = false;
+    for (int frame = 0; frame < 4; ++frame) {
+      observe(object_, seen, occluder);
+      is_elsewhere = is_elsewhere || object_.frame_change() == FrameChange::kReplaced;
+    }
+    EXPECT_EQ(is_elsewhere, visible_part == 1.F) << visible_part;
+  }
+}
+
 // Detected again at the edge of an occluder, with two of the occluder's features on its mask.
 TEST_F(ObjectStateTest, KeepsItsIdentityWhereTheFewFeaturesOnItMayBeAnOccluders) {
   const std::vector<Feature> own = front({-1.5, 0.2, 12.0});

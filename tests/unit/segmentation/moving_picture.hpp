@@ -20,6 +20,9 @@ struct Board {
   double width = 0.0;
   double height = 0.0;
   double disparity_px = 0.0;
+  // Its columns without texture, from its left side.
+  double plain_x0 = 0.0;
+  double plain_x1 = 0.0;
 };
 
 /// Texture of a surface at (x, y): grey values that are smooth over a few pixels and never repeat.
@@ -77,7 +80,7 @@ class MovingPicture {
     const double u = x + right * board.disparity_px - board.x0;
     const double v = y - board.y0;
     const bool on_board = u >= 0.0 && v >= 0.0 && u < board.width && v < board.height;
-    if (on_board && plain) {
+    if (on_board && (plain || (u >= board.plain_x0 && u < board.plain_x1))) {
       return 90;
     }
     const double value = on_board ? texture(u, v, 2) : texture(x + right * wall_disparity_px_, y, 1);

@@ -121,6 +121,19 @@ TEST_F(MovingBoard, IsCoveredToItsContourFromAFewFeaturesOnOneSide) {
   }
 }
 
+TEST_F(MovingBoard, HasItsPlainMiddleIfItIsAVehicle) {
+  board_ = {60.0, 50.0, 180.0, 90.0, 17.6, 35.0, 145.0};
+  for (const double y : {15.0, 35.0, 55.0, 75.0}) {
+    corners_.push_back({160.0, y, true});
+    corners_.push_back({172.0, y, true});
+  }
+  for (int i = 0; i < 12; ++i) {
+    step(3.0);
+  }
+  ASSERT_EQ(last_.left.size(), 1U);
+  EXPECT_GT(overlap(), 0.85);
+}
+
 TEST_F(MovingBoard, StandingStillIsNothing) {
   for (int i = 0; i < 12; ++i) {
     step(0.0);

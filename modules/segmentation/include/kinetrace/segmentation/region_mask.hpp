@@ -27,7 +27,8 @@ namespace kinetrace::segmentation {
 /// within the region's depth, whether it is above the ground, whether the last images match better if it moved with the
 /// region than at rest, whether it was the region's before, and whether features nearby agree. The ratios are averaged
 /// along surfaces, not across steps of intensity or disparity (a recursive edge-aware filter, Gastal and Oliveira
-/// 2011), and a cell is assigned to the region with the largest.
+/// 2011), and a cell is assigned to the region with the largest. The outlines of regions larger than people, which are
+/// vehicles, are made convex by cells without texture, or of its depth above the ground: plain parts show no motion.
 class RegionMask {
  public:
   RegionMask() = default;
@@ -99,6 +100,11 @@ class RegionMask {
   void measure_distances(const PixelBox& cells);
   void diffuse(const Candidate& candidate, const DenseView& dense);
   void assign_cells(const Candidate& candidate, std::size_t index);
+  /// Gives cells that nobody has to the vehicles whose outline they are in.
+  void complete_vehicles(std::span<const Feature> features, const DenseView& dense) noexcept;
+  void complete_vehicle(std::int16_t index, const DenseView& dense) noexcept;
+  /// first_column_, last_column_ <- those of the candidate's cells; returns their box.
+  [[nodiscard]] PixelBox find_rows(std::int16_t index) noexcept;
   void write_labels();
 
   StereoGeometry geometry_;
@@ -115,15 +121,21 @@ class RegionMask {
   ImageView<const std::int16_t> blob_of_cell_;  ///< Of the frame being drawn.
   std::span<float> scratch_;
   ImageView<std::uint32_t> previous_;  ///< Region drawn on each cell in the frame before.
-  ImageView<std::int16_t> owner_;      ///< Candidate of each cell, -1 = none.
-  ImageView<float> best_;              ///< Log-likelihood ratio of that candidate.
-  ImageView<float> evidence_;          ///< Log-likelihood ratios of the candidate being drawn.
-  ImageView<float> posterior_;         ///< Log-likelihood ratio of the region in previous_.
-  ImageView<float> distance_;          ///< To its nearest member, in cells.
-  ImageView<float> grey_;              ///< Mean of each cell.
-  ImageView<float> weight_right_;      ///< Of the edge-aware filter, towards the next column...
-  ImageView<float> weight_down_;       ///< ...and row.
+  /// Candidate of each cell, plus kCompleted where it has the cell by its outline alone; kNobody or kClosed: none.
+  ImageView<std::int16_t> owner_;
+  static constexpr std::int16_t kCompleted = MotionMemory::kMaxRegions;
+  static constexpr std::int16_t kNobody = -1;
+  static constexpr std::int16_t kClosed = -2;  ///< Given to nobody.
+  ImageView<float> best_;                      ///< Log-likelihood ratio of that candidate.
+  ImageView<float> evidence_;                  ///< Log-likelihood ratios of the candidate being drawn.
+  ImageView<float> posterior_;                 ///< Log-likelihood ratio of the region in previous_.
+  ImageView<float> distance_;                  ///< To its nearest member, in cells.
+  ImageView<float> grey_;                      ///< Mean of each cell.
+  ImageView<float> weight_right_;              ///< Of the edge-aware filter, towards the next column...
+  ImageView<float> weight_down_;               ///< ...and row.
   std::span<std::uint32_t> stack_;
+  std::span<float> first_column_;  ///< By row of cells, of a candidate; kNoColumn: none.
+  std::span<float> last_column_;   ///< Negated.
 };
 
 }  // namespace kinetrace::segmentation
