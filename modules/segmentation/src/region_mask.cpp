@@ -94,7 +94,7 @@ int RegionMask::draw(std::span<const Feature> features, std::span<const FeatureM
   blob_of_cell_ = blob_of_cell;
   const std::span<const Feature> known = features.first(motions.size());
   for (int y = 0; y < owner_.height; ++y) {
-    std::fill_n(owner_.row(y), owner_.width, kNobody);
+    std::fill_n(owner_.row(y), owner_.width, kFree);
     std::fill_n(best_.row(y), best_.width, 0.F);
   }
   candidates_.clear();

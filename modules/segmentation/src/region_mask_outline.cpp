@@ -19,7 +19,7 @@ void RegionMask::complete_vehicles(std::span<const Feature> features, const Dens
   for (const Feature& feature : features) {
     const int x = static_cast<int>(feature.left_px.x()) / kCellPx;
     const int y = static_cast<int>(feature.left_px.y()) / kCellPx;
-    if (owner_.contains(x, y) && owner_.row(y)[x] == kNobody) {
+    if (owner_.contains(x, y) && owner_.row(y)[x] == kFree) {
       owner_.row(y)[x] = kClosed;
     }
   }
@@ -64,7 +64,7 @@ void RegionMask::complete_vehicle(std::int16_t index, const DenseView& dense) no
       const bool is_other = d >= 0.F && (d > candidate.near_px || d < candidate.far_px ||
                                          dense.ground.object_nats(cell_center(x), cell_center(y), d,
                                                                   dense.disparity.sigma_px()) < kGroundCellNats);
-      if (owner_.row(y)[x] == kNobody && !is_other) {
+      if (owner_.row(y)[x] == kFree && !is_other) {
         owner_.row(y)[x] = static_cast<std::int16_t>(index + kCompleted);
       }
     }

@@ -100,7 +100,7 @@ class RegionMask {
   void measure_distances(const PixelBox& cells);
   void diffuse(const Candidate& candidate, const DenseView& dense);
   void assign_cells(const Candidate& candidate, std::size_t index);
-  /// Gives cells that nobody has to the vehicles whose outline they are in.
+  /// Gives free cells to the vehicles whose outline they are in.
   void complete_vehicles(std::span<const Feature> features, const DenseView& dense) noexcept;
   void complete_vehicle(std::int16_t index, const DenseView& dense) noexcept;
   /// first_column_, last_column_ <- those of the candidate's cells; returns their box.
@@ -121,11 +121,11 @@ class RegionMask {
   ImageView<const std::int16_t> blob_of_cell_;  ///< Of the frame being drawn.
   std::span<float> scratch_;
   ImageView<std::uint32_t> previous_;  ///< Region drawn on each cell in the frame before.
-  /// Candidate of each cell, plus kCompleted where it has the cell by its outline alone; kNobody or kClosed: none.
+  /// Candidate of each cell, plus kCompleted where it has the cell by its outline alone; kFree or kClosed: none.
   ImageView<std::int16_t> owner_;
   static constexpr std::int16_t kCompleted = MotionMemory::kMaxRegions;
-  static constexpr std::int16_t kNobody = -1;
-  static constexpr std::int16_t kClosed = -2;  ///< Given to nobody.
+  static constexpr std::int16_t kFree = -1;
+  static constexpr std::int16_t kClosed = -2;  ///< Given to none.
   ImageView<float> best_;                      ///< Log-likelihood ratio of that candidate.
   ImageView<float> evidence_;                  ///< Log-likelihood ratios of the candidate being drawn.
   ImageView<float> posterior_;                 ///< Log-likelihood ratio of the region in previous_.
