@@ -41,7 +41,7 @@ class CandidateFilter {
     std::uint32_t at = 0;  ///< Pixels of the box before it, row by row.
     float disparity_px = 0.F;
   };
-  /// Lower bound of the disparity of a mask's nearer part; 0 = unknown.
+  /// Upper quartile of the disparities in a mask; 0 = unknown.
   [[nodiscard]] float near_disparity_px(const RunLengthMask& mask) noexcept;
 
   float baseline_m_ = 0.F;
