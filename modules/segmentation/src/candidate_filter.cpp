@@ -1,10 +1,10 @@
 #include "kinetrace/segmentation/candidate_filter.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "kinetrace/core/detections.hpp"
 #include "kinetrace/segmentation/mask_canvas.hpp"
+#include "kinetrace/segmentation/person_size.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
@@ -67,9 +67,7 @@ std::span<const RunLengthMask> CandidateFilter::plausible(std::span<const RunLen
   plausible_.clear();
   for (const RunLengthMask& mask : candidates.first(std::min(candidates.size(), plausible_.capacity()))) {
     const float disparity_px = mask.class_id == kPedestrianClass ? near_disparity_px(mask) : 0.F;
-    const float diagonal_px =
-        std::hypot(static_cast<float>(mask.box_px.width()), static_cast<float>(mask.box_px.height()));
-    if (disparity_px <= 0.F || diagonal_px * baseline_m_ < kLargestPerson_m * disparity_px) {
+    if (disparity_px <= 0.F || !is_larger_than_people(mask.box_px, disparity_px, baseline_m_)) {
       static_cast<void>(plausible_.push_back(mask));
     }
   }

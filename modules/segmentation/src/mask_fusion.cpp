@@ -5,7 +5,7 @@
 #include <cstring>
 #include <tuple>
 
-#include "kinetrace/segmentation/candidate_filter.hpp"
+#include "kinetrace/segmentation/person_size.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
@@ -138,7 +138,7 @@ MaskFusion::Object* MaskFusion::person_with(const Detection& region, float dispa
     PixelBox all = object.box_px;
     all.include(region.box_px.x0, region.box_px.y0);
     all.include(region.box_px.x1 - 1, region.box_px.y1 - 1);
-    if (std::hypot(all.width(), all.height()) * baseline_m_ < kLargestPerson_m * disparity_px) {
+    if (!is_larger_than_people(all, disparity_px, baseline_m_)) {
       best = &object;
       best_px = both_px;
     }

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kinetrace/segmentation/candidate_filter.hpp"
+#include "kinetrace/segmentation/person_size.hpp"
 #include "kinetrace/segmentation/region_mask.hpp"
 #include "row_hull.hpp"
 
@@ -49,9 +49,7 @@ PixelBox RegionMask::find_rows(std::int16_t index) noexcept {
 void RegionMask::complete_vehicle(std::int16_t index, const DenseView& dense) noexcept {
   const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
   const PixelBox cells = find_rows(index);
-  const float metres_per_cell = kCellPx * static_cast<float>(geometry_.baseline_m) / candidate.disparity_px;
-  if (std::hypot(static_cast<float>(cells.width()), static_cast<float>(cells.height())) * metres_per_cell <
-      kLargestPerson_m) {
+  if (!is_larger_than_people(cells, candidate.disparity_px, kCellPx * static_cast<float>(geometry_.baseline_m))) {
     return;
   }
   make_convex(first_column_);

@@ -14,9 +14,6 @@
 
 namespace kinetrace::segmentation {
 
-/// Diagonal of a person's box in the image, at most: 2 m tall, striding, with the network's error at the outline.
-inline constexpr float kLargestPerson_m = 2.5F;
-
 /// Rejects people who are larger than any: an open door, a part of a house. Their size follows from the box in the
 /// image and the disparities of the features in the mask, of which the nearer ones count: some may lie behind the
 /// person. A mask with few features is accepted.
