@@ -1,5 +1,7 @@
 #include "live/worker_threads.hpp"
 
+#include <pthread.h>
+
 namespace kinetrace::app {
 namespace {
 
@@ -18,6 +20,7 @@ constexpr std::uint32_t round_of(std::uint32_t state) noexcept {
 }  // namespace
 
 WorkerThreads::WorkerThreads(int count) {
+  static_cast<void>(::sched_getaffinity(0, sizeof(allowed_), &allowed_));  // fails: no cores, and no helper is bound
   for (int i = 1; i < count; ++i) {
     threads_.emplace_back([this, i] { serve(static_cast<std::size_t>(i)); });
   }
@@ -37,6 +40,7 @@ void WorkerThreads::run(Job job) noexcept {
     job(0);
     return;
   }
+  keep_apart();
   job_ = job;
   // No helper is at work: the last round has ended. Release: a helper that joins sees the job.
   state_.store(((round_of(state_.load(std::memory_order_relaxed)) + 1) << kRoundShift) | kOpen,
@@ -48,6 +52,23 @@ void WorkerThreads::run(Job job) noexcept {
   while ((state & kAtWork) != 0) {
     state_.wait(state, std::memory_order_acquire);
     state = state_.load(std::memory_order_acquire);
+  }
+}
+
+// The scheduler may queue a helper that it wakes behind the caller: the round would be over before the helper runs.
+void WorkerThreads::keep_apart() noexcept {
+  const int core = ::sched_getcpu();
+  if (core < 0 || core == core_) {
+    return;
+  }
+  core_ = core;
+  cpu_set_t others = allowed_;
+  CPU_CLR(core, &others);
+  if (CPU_COUNT(&others) == 0) {
+    return;
+  }
+  for (std::thread& thread : threads_) {
+    static_cast<void>(::pthread_setaffinity_np(thread.native_handle(), sizeof(others), &others));
   }
 }
 

@@ -1,6 +1,8 @@
 // Worker threads within a frame.
 #pragma once
 
+#include <sched.h>
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +15,7 @@
 namespace kinetrace::app {
 
 /// Helper threads of the caller of run(). A helper that is not scheduled in time does not delay the round: the caller
-/// takes over its part.
+/// takes over its part. Helpers run on other cores than the caller, of those that the process may use.
 class WorkerThreads final : public Workers {
  public:
   /// `count` includes the caller; 1: no helpers.
@@ -23,6 +25,8 @@ class WorkerThreads final : public Workers {
   void run(Job job) noexcept override;
 
  private:
+  /// Keeps helpers off the caller's core, if there is another one.
+  void keep_apart() noexcept;
   void serve(std::size_t worker) noexcept;
   /// Waits for the next round and joins it; false at the end.
   [[nodiscard]] bool join(std::uint32_t& last_round) noexcept;
@@ -33,6 +37,8 @@ class WorkerThreads final : public Workers {
   /// Round number, whether helpers may join, and the number of helpers at work.
   std::atomic<std::uint32_t> state_{0};
   std::atomic<bool> ends_{false};
+  cpu_set_t allowed_{};  ///< Cores of the process.
+  int core_ = -1;        ///< The caller's, in the last round.
   std::vector<std::thread> threads_;
 };
 

@@ -32,9 +32,9 @@ std::size_t resident_bytes() {
   return resident_pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-// Frames have the processor first: a thread that is nicer by this gets a tenth of what another one gets, and the rest
+// Frames have the processor first: a thread that is nicer by this gets a sixtieth of what another one gets, and the rest
 // of the time alone. It holds for the calling thread and for those it starts. A refusal by the system is ignored.
-constexpr int kNetworkNiceness = 10;
+constexpr int kNetworkNiceness = 19;
 
 void give_way_to_frames() {
   static_cast<void>(::setpriority(PRIO_PROCESS, 0, ::getpriority(PRIO_PROCESS, 0) + kNetworkNiceness));

@@ -101,7 +101,8 @@ Result<Pipeline> Pipeline::create(const PipelineConfig& config, const StereoGeom
   if (!front_end) {
     return Unexpected(front_end.error());
   }
-  auto segmenter = segmentation::make_segmenter(c.segmentation, geometry, c.features.max_features, arena, makers);
+  auto segmenter =
+      segmentation::make_segmenter(c.segmentation, geometry, c.features.max_features, arena, makers, workers);
   if (!segmenter) {
     return Unexpected(segmenter.error());
   }

@@ -37,7 +37,8 @@ std::size_t AutoSegmenter::required_bytes(const SegmentationConfig& config, cons
 
 Result<std::unique_ptr<AutoSegmenter>> AutoSegmenter::create(const SegmentationConfig& config,
                                                              const StereoGeometry& geometry, int max_features,
-                                                             Arena& arena, DelayedMaskSource* network) {
+                                                             Arena& arena, DelayedMaskSource* network,
+                                                             Workers* workers) {
   auto motion = MotionSegmenter::create(config, geometry, max_features, arena);
   if (!motion) {
     return Unexpected(motion.error());
@@ -47,6 +48,7 @@ Result<std::unique_ptr<AutoSegmenter>> AutoSegmenter::create(const SegmentationC
     return Unexpected(seen.error());
   }
   std::unique_ptr<AutoSegmenter> segmenter(new AutoSegmenter());
+  segmenter->workers_ = workers;
   segmenter->motion_ = std::move(*motion);
   segmenter->network_ = std::move(*seen);
   carve(config, geometry, arena, *segmenter);
@@ -63,11 +65,20 @@ void AutoSegmenter::load(const RectifiedPair& pair, std::span<const Track> track
 }
 
 Result<DetectionFrame> AutoSegmenter::process(const SegmentationInput& input) {
-  Result<DetectionFrame> seen = network_->process(input);
+  Result<DetectionFrame> moving = DetectionFrame{};
+  Result<DetectionFrame> seen = DetectionFrame{};
+  in_pieces(workers_, 2, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      if (part == 0) {  // first, as it takes longer
+        moving = motion_->process(input);
+      } else {
+        seen = network_->process(input);
+      }
+    }
+  });
   if (!seen) {
     return seen;
   }
-  Result<DetectionFrame> moving = motion_->process(input);
   if (!moving) {
     return moving;
   }

@@ -144,87 +144,123 @@ void choose_levels(const std::int16_t* const* pair_costs, int cells, int levels,
 /// Pixels of a patch's row, padded.
 constexpr int kPatchLanes = 8;
 using PatchBytes = std::uint8_t __attribute__((vector_size(kPatchLanes)));
-using PatchWords = std::int16_t __attribute__((vector_size(2 * kPatchLanes)));
-using PatchInts = std::int32_t __attribute__((vector_size(4 * kPatchLanes)));
+using PatchWords = std::uint16_t __attribute__((vector_size(2 * kPatchLanes)));
+using Floats = float __attribute__((vector_size(4 * kPatchLanes)));
+using Ints = std::int32_t __attribute__((vector_size(4 * kPatchLanes)));
 
-PatchWords patch_row(const std::uint8_t* pixels) {
-  return __builtin_convertvector(load<PatchBytes>(pixels), PatchWords);
+template <typename Vector>
+Vector patch_row(const std::uint8_t* pixels) {
+  return __builtin_convertvector(load<PatchBytes>(pixels), Vector);
+}
+
+/// Of the lanes that hold a patch's pixels.
+template <typename Vector>
+auto patch_sum(Vector v) {
+  static_assert(kPatchPx == 6);
+  return v[0] + v[1] + v[2] + v[3] + v[4] + v[5];
+}
+
+/// Corner of a displaced patch, in whole pixels and their fraction.
+struct PatchCorner {
+  bool inside = false;
+  int x = 0;
+  int y = 0;
+  float fraction_x = 0.F;
+  float fraction_y = 0.F;
+};
+
+PatchCorner displaced(int x, int y, float shift_x, float shift_y, GrayView image) {
+  const float ox = static_cast<float>(x) + shift_x;
+  const float oy = static_cast<float>(y) + shift_y;
+  if (!(ox >= 0.F && oy >= 0.F && ox + kPatchPx < static_cast<float>(image.width) &&
+        oy + kPatchPx < static_cast<float>(image.height))) {
+    return {};
+  }
+  const int x0 = static_cast<int>(ox);
+  const int y0 = static_cast<int>(oy);
+  return {true, x0, y0, ox - static_cast<float>(x0), oy - static_cast<float>(y0)};
 }
 
 float patch_difference(GrayView image, int x, int y, GrayView other, float shift_x, float shift_y) {
-  static_assert(kPatchPx == 6);
-  const float ox = static_cast<float>(x) + shift_x;
-  const float oy = static_cast<float>(y) + shift_y;
-  if (!(ox >= 0.F && oy >= 0.F && ox + kPatchPx < static_cast<float>(other.width) &&
-        oy + kPatchPx < static_cast<float>(other.height))) {
+  const PatchCorner corner = displaced(x, y, shift_x, shift_y, other);
+  if (!corner.inside) {
     return -1.F;
   }
-  // In 1/32 of a pixel: all weights together are 1024.
-  const int x0 = static_cast<int>(ox);
-  const int y0 = static_cast<int>(oy);
-  const auto fx = static_cast<std::int16_t>((static_cast<int>(64.F * (ox - static_cast<float>(x0))) + 1) / 2);
-  const std::int32_t fy = (static_cast<int>(64.F * (oy - static_cast<float>(y0))) + 1) / 2;
+  // Weights in 1/32 of a pixel, grey levels in 1/256, differences in 1/32: what fits 16 bits.
+  const auto fx = static_cast<std::uint16_t>((static_cast<int>(64.F * corner.fraction_x) + 1) / 2);
+  const auto fy = static_cast<std::uint16_t>((static_cast<int>(64.F * corner.fraction_y) + 1) / 2);
+  const auto rest_x = static_cast<std::uint16_t>(32 - fx);
+  const auto rest_y = static_cast<std::uint16_t>(32 - fy);
   const auto across = [&](int j) {
-    const std::uint8_t* const b = other.row(y0 + j) + x0;
-    return patch_row(b) * static_cast<std::int16_t>(32 - fx) + patch_row(b + 1) * fx;
+    const std::uint8_t* const b = other.row(corner.y + j) + corner.x;
+    return (patch_row<PatchWords>(b) * rest_x + patch_row<PatchWords>(b + 1) * fx + 2) >> 2;
   };
-  PatchInts total{};
-  PatchInts above = __builtin_convertvector(across(0), PatchInts);
+  PatchWords total{};
+  PatchWords above = across(0);
   for (int j = 0; j < kPatchPx; ++j) {
-    const PatchInts below = __builtin_convertvector(across(j + 1), PatchInts);
-    const PatchInts now = __builtin_convertvector(patch_row(image.row(y + j) + x), PatchInts) << 10;
-    const PatchInts apart = now - above * (32 - fy) - below * fy;
-    total += apart < 0 ? -apart : apart;
+    const PatchWords below = across(j + 1);
+    const PatchWords now = patch_row<PatchWords>(image.row(y + j) + x) << 8;
+    const PatchWords then = above * rest_y + below * fy;
+    total += (now > then ? now - then : then - now) >> 3;
     above = below;
   }
-  const int sum = total[0] + total[1] + total[2] + total[3] + total[4] + total[5];
-  return static_cast<float>(sum) / (1024.F * static_cast<float>(kPatchPx * kPatchPx));
+  return static_cast<float>(patch_sum(__builtin_convertvector(total, Ints))) /
+         static_cast<float>(32 * kPatchPx * kPatchPx);
 }
 
 bool patch_sums(GrayView image, int x, int y, GrayView other, float shift_x, float shift_y, PatchSums& sums) {
-  const float ox = static_cast<float>(x) + shift_x;
-  const float oy = static_cast<float>(y) + shift_y;
-  if (!(ox >= 0.F && oy >= 0.F && ox + kPatchPx < static_cast<float>(other.width) &&
-        oy + kPatchPx < static_cast<float>(other.height))) {
+  const PatchCorner corner = displaced(x, y, shift_x, shift_y, other);
+  if (!corner.inside) {
     return false;
   }
-  const int x0 = static_cast<int>(ox);
-  const int y0 = static_cast<int>(oy);
-  const float a = ox - static_cast<float>(x0);
-  const float b = oy - static_cast<float>(y0);
-  sums = {};
+  const float a = corner.fraction_x;
+  const float b = corner.fraction_y;
+  Floats xx{};
+  Floats xy{};
+  Floats yy{};
+  Floats xr{};
+  Floats yr{};
+  Floats rr{};
   for (int j = 0; j < kPatchPx; ++j) {
-    const std::uint8_t* const now = image.row(y + j) + x;
-    const std::uint8_t* const above = other.row(y0 + j) + x0;
-    const std::uint8_t* const below = other.row(y0 + j + 1) + x0;
-    for (int i = 0; i < kPatchPx; ++i) {
-      const auto p00 = static_cast<float>(above[i]);
-      const auto p01 = static_cast<float>(above[i + 1]);
-      const auto p10 = static_cast<float>(below[i]);
-      const auto p11 = static_cast<float>(below[i + 1]);
-      const float top = p00 + a * (p01 - p00);
-      const float bottom = p10 + a * (p11 - p10);
-      const float gx = (1.F - b) * (p01 - p00) + b * (p11 - p10);
-      const float gy = bottom - top;
-      const float r = top + b * gy - static_cast<float>(now[i]);
-      sums.xx += gx * gx;
-      sums.xy += gx * gy;
-      sums.yy += gy * gy;
-      sums.xr += gx * r;
-      sums.yr += gy * r;
-      sums.rr += r * r;
-    }
+    const std::uint8_t* const upper = other.row(corner.y + j) + corner.x;
+    const std::uint8_t* const lower = other.row(corner.y + j + 1) + corner.x;
+    const Floats p00 = patch_row<Floats>(upper);
+    const Floats p10 = patch_row<Floats>(lower);
+    const Floats above = patch_row<Floats>(upper + 1) - p00;
+    const Floats below = patch_row<Floats>(lower + 1) - p10;
+    const Floats top = p00 + a * above;
+    const Floats gx = (1.F - b) * above + b * below;
+    const Floats gy = p10 + a * below - top;
+    const Floats r = top + b * gy - patch_row<Floats>(image.row(y + j) + x);
+    xx += gx * gx;
+    xy += gx * gy;
+    yy += gy * gy;
+    xr += gx * r;
+    yr += gy * r;
+    rr += r * r;
   }
+  sums = {patch_sum(xx), patch_sum(xy), patch_sum(yy), patch_sum(xr), patch_sum(yr), patch_sum(rr)};
   return true;
 }
 
 int plane_score(const DisparityPoints& points, const float* plane, float tolerance_px) {
-  int score = 0;
-  for (int i = 0; i < points.count; ++i) {
-    const float off = points.disparity_px[i] - (plane[0] * points.u_px[i] + plane[1] * points.v_px[i] + plane[2]);
-    score += (off <= tolerance_px && off >= -tolerance_px ? 1 : 0) - (off < -3.F * tolerance_px ? 1 : 0);
+  // Comparisons are -1 where true.
+  Ints scores{};
+  int i = 0;
+  for (; i + kPatchLanes <= points.count; i += kPatchLanes) {
+    const Floats off = load<Floats>(points.disparity_px + i) - plane[0] * load<Floats>(points.u_px + i) -
+                       plane[1] * load<Floats>(points.v_px + i) - plane[2];
+    scores += (off < -3.F * tolerance_px) - ((off <= tolerance_px) & (off >= -tolerance_px));
   }
-  return score;
+  int total = 0;
+  for (int k = 0; k < kPatchLanes; ++k) {
+    total += scores[k];
+  }
+  for (; i < points.count; ++i) {
+    const float off = points.disparity_px[i] - plane[0] * points.u_px[i] - plane[1] * points.v_px[i] - plane[2];
+    total += (off <= tolerance_px && off >= -tolerance_px ? 1 : 0) - (off < -3.F * tolerance_px ? 1 : 0);
+  }
+  return total;
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ MaskWarp::MaskWarp(const StereoGeometry& geometry, int max_features, bool right,
       chosen_(arena, static_cast<std::size_t>(max_features)),
       sorted_(arena, static_cast<std::size_t>(max_features)),
       boxes_px_(arena, MaskCanvas::kMaxMasks + 1),
+      columns_(arena, static_cast<std::size_t>(geometry.width_px)),
       earlier_(take_image<std::uint16_t>(arena, geometry.width_px, geometry.height_px)),
       has_right_(right),
       match_(arena) {
@@ -168,18 +169,28 @@ MaskWarp::Similarity MaskWarp::motion_of(std::uint16_t mask, View view) noexcept
   return {scale, mean_now - scale * mean_then};
 }
 
-void MaskWarp::move(std::uint16_t mask, const Similarity& motion, ImageView<std::uint16_t> target) const noexcept {
+void MaskWarp::move(std::uint16_t mask, const Similarity& motion, ImageView<std::uint16_t> target) noexcept {
   const PixelBox& box = boxes_px_[mask];
   const auto now = [&](int then, Eigen::Index axis) {
     return motion.scale * static_cast<float>(then) + motion.shift_px[axis];
   };
-  const int x0 = std::max(0, static_cast<int>(std::floor(now(box.x0, 0))));
+  int x0 = std::max(0, static_cast<int>(std::floor(now(box.x0, 0))));
   const int y0 = std::max(0, static_cast<int>(std::floor(now(box.y0, 1))));
-  const int x1 = std::min(target.width, static_cast<int>(std::ceil(now(box.x1, 0))) + 1);
+  int x1 = std::min(target.width, static_cast<int>(std::ceil(now(box.x1, 0))) + 1);
   const int y1 = std::min(target.height, static_cast<int>(std::ceil(now(box.y1, 1))) + 1);
   const auto then = [&](int position, Eigen::Index axis) {
     return static_cast<int>(std::lround((static_cast<float>(position) - motion.shift_px[axis]) / motion.scale));
   };
+  while (x0 < x1 && then(x0, 0) < 0) {
+    ++x0;
+  }
+  while (x0 < x1 && then(x1 - 1, 0) >= earlier_.width) {
+    --x1;
+  }
+  columns_.clear();
+  for (int x = x0; x < x1; ++x) {
+    static_cast<void>(columns_.push_back(then(x, 0)));  // as many places as columns
+  }
   for (int y = y0; y < y1; ++y) {
     const int from_y = then(y, 1);
     if (from_y < 0 || from_y >= earlier_.height) {
@@ -188,8 +199,7 @@ void MaskWarp::move(std::uint16_t mask, const Similarity& motion, ImageView<std:
     const std::uint16_t* source = earlier_.row(from_y);
     std::uint16_t* row = target.row(y);
     for (int x = x0; x < x1; ++x) {
-      const int from_x = then(x, 0);
-      if (from_x >= 0 && from_x < earlier_.width && source[from_x] == mask && row[x] == 0) {
+      if (source[columns_[static_cast<std::size_t>(x - x0)]] == mask && row[x] == 0) {
         row[x] = mask;
       }
     }

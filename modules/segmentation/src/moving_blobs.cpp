@@ -135,13 +135,14 @@ void MovingBlobs::find_changed(const DenseView& dense, const TemporalTest& test)
   const ImageView<const float> disparity = dense.disparity.disparity_px();
   const float sigma = dense.disparity.sigma_px();
   const auto least = static_cast<float>(config_.min_disparity_px);
+  const PastPlaces at_rest = test.places_at_rest(lag_);
   std::size_t n = 0;
   for (int cy = 0; cy < disparity.height; ++cy) {
     for (int cx = 0; cx < disparity.width; ++cx) {
       const float d = disparity.row(cy)[cx];
       const bool candidate =
           d >= least && dense.ground.object_nats(cell_center(cx), cell_center(cy), d, sigma) > kStandsNats;
-      residual_.row(cy)[cx] = candidate ? test.residual(Eigen::Vector3f::Zero(), lag_, cx, cy, d) : -1.F;
+      residual_.row(cy)[cx] = candidate ? test.residual(at_rest, cx, cy, d) : -1.F;
       if (residual_.row(cy)[cx] >= 0.F) {
         scratch_[n++] = residual_.row(cy)[cx];
       }
@@ -156,9 +157,9 @@ void MovingBlobs::find_changed(const DenseView& dense, const TemporalTest& test)
       if (residual_.row(cy)[cx] < 0.F) {
         continue;
       }
-      if (residual_.row(cy)[cx] <= limit || stands_elsewhere(dense, test, cx, cy, limit)) {
+      if (residual_.row(cy)[cx] <= limit || stands_elsewhere(dense, test, at_rest, cx, cy, limit)) {
         owner_.row(cy)[cx] = kStandsStill;
-      } else if (!was_hidden(test, cx, cy, d)) {
+      } else if (!was_hidden(at_rest, cx, cy, d)) {
         changed_.row(cy)[cx] = d;
       }
     }
@@ -166,8 +167,8 @@ void MovingBlobs::find_changed(const DenseView& dense, const TemporalTest& test)
 }
 
 // Fattening: a cell at the border of a near object has its disparity, but shows the background.
-bool MovingBlobs::stands_elsewhere(const DenseView& dense, const TemporalTest& test, int cx, int cy,
-                                   float limit) const {
+bool MovingBlobs::stands_elsewhere(const DenseView& dense, const TemporalTest& test, const PastPlaces& at_rest, int cx,
+                                   int cy, float limit) const {
   const ImageView<const float> disparity = dense.disparity.disparity_px();
   const float d = disparity.row(cy)[cx];
   float least_px = d;
@@ -181,7 +182,7 @@ bool MovingBlobs::stands_elsewhere(const DenseView& dense, const TemporalTest& t
   }
   for (const float other : {least_px, most_px}) {
     const float r = std::abs(other - d) > 3.F * dense.disparity.sigma_px()
-                        ? test.residual(Eigen::Vector3f::Zero(), lag_, cx, cy, other)
+                        ? test.residual(at_rest, cx, cy, other)
                         : -1.F;
     if (r >= 0.F && r <= limit) {
       return true;
@@ -191,9 +192,8 @@ bool MovingBlobs::stands_elsewhere(const DenseView& dense, const TemporalTest& t
 }
 
 // True if a nearer object occluded the cell's place at rest in the compared image.
-bool MovingBlobs::was_hidden(const TemporalTest& test, int cx, int cy, float disparity_px) const {
-  const Eigen::Vector2f place =
-      test.places(Eigen::Vector3f::Zero(), lag_, cell_center(cx), cell_center(cy), disparity_px).at_rest / kCellPx;
+bool MovingBlobs::was_hidden(const PastPlaces& at_rest, int cx, int cy, float disparity_px) const {
+  const Eigen::Vector2f place = at_rest.at(cell_center(cx), cell_center(cy), disparity_px) / kCellPx;
   const ImageView<float>& then =
       past_disparity_[(newest_ + past_disparity_.size() - static_cast<std::size_t>(lag_)) % past_disparity_.size()];
   const float nearer =
@@ -239,9 +239,9 @@ void MovingBlobs::collect(int cx, int cy) {
 // The blob of the frame before that most of the cells belonged to, within two cells.
 const MovingBlob* MovingBlobs::previous_blob(const TemporalTest& test) const {
   std::array<int, kMaxBlobs> votes{};
+  const PastPlaces at_rest = test.places_at_rest(1);
   for (const Cell& c : cells_) {
-    const Eigen::Vector2f place =
-        test.places(Eigen::Vector3f::Zero(), 1, cell_center(c.x), cell_center(c.y), c.disparity_px).at_rest / kCellPx;
+    const Eigen::Vector2f place = at_rest.at(cell_center(c.x), cell_center(c.y), c.disparity_px) / kCellPx;
     for (const auto& [dx, dy] : {std::pair{0, 0}, {-2, 0}, {2, 0}, {0, -2}, {0, 2}}) {
       const int x = static_cast<int>(place.x()) + dx;
       const int y = static_cast<int>(place.y()) + dy;
@@ -260,12 +260,13 @@ const MovingBlob* MovingBlobs::previous_blob(const TemporalTest& test) const {
 float MovingBlobs::mean_residual(const TemporalTest& test, const Eigen::Vector3f& velocity_mps,
                                  std::size_t samples) const {
   const std::size_t stride = std::max<std::size_t>(1, cells_.size() / samples);
+  const PastPlaces places = test.places(velocity_mps, lag_);
   float total = 0.F;
   int seen = 0;
   int asked = 0;
   for (std::size_t k = 0; k < cells_.size(); k += stride) {
     const Cell& c = cells_[k];
-    const float r = test.residual(velocity_mps, lag_, c.x, c.y, c.disparity_px);
+    const float r = test.residual(places, c.x, c.y, c.disparity_px);
     total += r >= 0.F ? r : 0.F;
     seen += r >= 0.F ? 1 : 0;
     ++asked;
@@ -311,9 +312,10 @@ void MovingBlobs::refine(const TemporalTest& test, const Eigen::Vector3f& down, 
   for (int k = 0; k < kRefinements; ++k) {
     measured.setZero();
     Eigen::Vector3f weighted = Eigen::Vector3f::Zero();
+    const PastPlaces places = test.places(blob.velocity_mps, lag_);
     for (std::size_t i = 0; i < cells_.size(); i += stride) {
       const Cell& c = cells_[i];
-      test.add_equations(blob.velocity_mps, lag_, c.x, c.y, c.disparity_px, noise, measured, weighted);
+      test.add_equations(places, c.x, c.y, c.disparity_px, noise, measured, weighted);
     }
     measured *= weight;
     const Eigen::Vector3f pull = prior * (expected - blob.velocity_mps);

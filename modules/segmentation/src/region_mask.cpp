@@ -243,6 +243,7 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
   measure_distances(box);
   const float sigma_px = dense.disparity.sigma_px();
   const ImageView<const float> disparity = dense.disparity.disparity_px();
+  const TemporalTest::Hypotheses hypotheses = test.hypotheses(candidate.velocity_mps, candidate.lag);
   for (int cy = box.y0; cy < box.y1; ++cy) {
     for (int cx = box.x0; cx < box.x1; ++cx) {
       float& nats = evidence_.row(cy)[cx];
@@ -258,7 +259,7 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
       nats += d >= 0.F ? kOwnDepthNats : 0.F;
       const float above_ground = dense.ground.object_nats(u, v, assumed, sigma_px);
       nats += std::min(above_ground, d >= 0.F ? kAboveGroundNats : 0.F);
-      nats += test.cell_nats(candidate.velocity_mps, candidate.lag, cx, cy, assumed);
+      nats += test.cell_nats(hypotheses, cx, cy, assumed);
     }
   }
 }
@@ -266,10 +267,10 @@ void RegionMask::weigh_cells(const Candidate& candidate, std::span<const Feature
 // Adds the ratio of the previous frame at the cell's place then, if it moved with the candidate.
 void RegionMask::weigh_memory(const Candidate& candidate, const DenseView& dense, const TemporalTest& test) {
   const PixelBox& box = candidate.cells;
+  const PastPlaces places = test.places(candidate.velocity_mps, 1);
   for (int cy = box.y0; cy < box.y1 && dense.history.size() > 1; ++cy) {
     for (int cx = box.x0; cx < box.x1; ++cx) {
-      const Eigen::Vector2f from =
-          test.places(candidate.velocity_mps, 1, cell_center(cx), cell_center(cy), candidate.disparity_px).moved;
+      const Eigen::Vector2f from = places.at(cell_center(cx), cell_center(cy), candidate.disparity_px);
       const int px = static_cast<int>(from.x()) / kCellPx;
       const int py = static_cast<int>(from.y()) / kCellPx;
       if (!(from.x() >= 0.F && from.y() >= 0.F && previous_.contains(px, py)) || previous_.row(py)[px] == 0) {

@@ -66,11 +66,12 @@ bool RegionMask::moves_on(const MotionRegion& region, const DenseView& dense, co
   const ImageView<const float> disparity = dense.disparity.disparity_px();
   const int lag = test.discriminating_lag(velocity, cell_center((box.x0 + box.x1) / 2),
                                           cell_center((box.y0 + box.y1) / 2), before->disparity_px);
+  const TemporalTest::Hypotheses hypotheses = test.hypotheses(velocity, lag);
+  const PastPlaces places = test.places(velocity, 1);
   float total = 0.F;
   for (int cy = box.y0; cy < box.y1; ++cy) {
     for (int cx = box.x0; cx < box.x1; ++cx) {
-      const Eigen::Vector2f from =
-          test.places(velocity, 1, cell_center(cx), cell_center(cy), before->disparity_px).moved / kCellPx;
+      const Eigen::Vector2f from = places.at(cell_center(cx), cell_center(cy), before->disparity_px) / kCellPx;
       const int px = static_cast<int>(from.x());
       const int py = static_cast<int>(from.y());
       if (from.x() < 0.F || from.y() < 0.F || !previous_.contains(px, py) || previous_.row(py)[px] != region.id) {
@@ -78,7 +79,7 @@ bool RegionMask::moves_on(const MotionRegion& region, const DenseView& dense, co
       }
       const float d = disparity.row(cy)[cx];
       if (d < 0.F || (d >= before->far_px && d <= before->near_px)) {
-        total += test.cell_nats(velocity, lag, cx, cy, d < 0.F ? before->disparity_px : d);
+        total += test.cell_nats(hypotheses, cx, cy, d < 0.F ? before->disparity_px : d);
       }
     }
   }
@@ -118,9 +119,9 @@ std::span<const std::uint32_t> RegionMask::drawn_as(std::span<const MovingBlob> 
         continue;
       }
       const auto b = static_cast<std::size_t>(blob_of_cell.row(cy)[cx]);
-      const Eigen::Vector2f from = test.places(blobs[b].velocity_mps, 1, cell_center(cx), cell_center(cy),
-                                               dense.disparity.disparity_px().row(cy)[cx])
-                                       .moved /
+      const Eigen::Vector2f from = test.places(blobs[b].velocity_mps, 1)
+                                       .at(cell_center(cx), cell_center(cy),
+                                           dense.disparity.disparity_px().row(cy)[cx]) /
                                    kCellPx;
       const int x = static_cast<int>(from.x());
       const int y = static_cast<int>(from.y());
@@ -153,6 +154,7 @@ std::uint32_t RegionMask::part_of(const MovingBlob& blob, std::int16_t index,
   };
   std::array<Neighbour, MotionMemory::kMaxRegions> neighbours{};
   const int lag = test.lag_after(MovingBlobs::kLookBackS);
+  const TemporalTest::Hypotheses own = test.hypotheses(blob.velocity_mps, lag);
   float own_nats = 0.F;
   for (int cy = 0; cy < blob_of_cell.height; ++cy) {
     for (int cx = 0; cx < blob_of_cell.width; ++cx) {
@@ -161,10 +163,10 @@ std::uint32_t RegionMask::part_of(const MovingBlob& blob, std::int16_t index,
       }
       const float d = dense.disparity.disparity_px().row(cy)[cx];
       const std::uint32_t beside = region_beside(cx, cy, d);
-      own_nats += test.cell_nats(blob.velocity_mps, lag, cx, cy, d);
+      own_nats += test.cell_nats(own, cx, cy, d);
       for (std::size_t k = 0; k < drawn_.size(); ++k) {
         neighbours[k].cells += drawn_[k].region_id == beside ? 1 : 0;
-        neighbours[k].nats += test.cell_nats(drawn_[k].velocity_mps, lag, cx, cy, d);
+        neighbours[k].nats += test.cell_nats(test.hypotheses(drawn_[k].velocity_mps, lag), cx, cy, d);
       }
     }
   }

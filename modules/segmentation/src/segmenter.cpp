@@ -36,7 +36,8 @@ std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometr
 }
 
 Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& config, const StereoGeometry& geometry,
-                                                  int max_features, Arena& arena, const MaskMakers& makers) {
+                                                  int max_features, Arena& arena, const MaskMakers& makers,
+                                                  Workers* workers) {
   if (const Status valid = config.validate(); !valid) {
     return Unexpected(valid.error());
   }
@@ -45,7 +46,7 @@ Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& conf
       if (makers.network == nullptr) {
         return MotionSegmenter::create(config, geometry, max_features, arena);
       }
-      return AutoSegmenter::create(config, geometry, max_features, arena, makers.network);
+      return AutoSegmenter::create(config, geometry, max_features, arena, makers.network, workers);
     case SegmentationMode::kNone: return std::make_unique<NoSegmenter>();
     case SegmentationMode::kMasks: return MaskFileSegmenter::create(config, geometry, arena);
     case SegmentationMode::kMotion: return MotionSegmenter::create(config, geometry, max_features, arena);

@@ -18,16 +18,47 @@ constexpr float kDepthM = 0.8F;
 
 }  // namespace
 
+Eigen::Vector2f PastPlaces::at(float u, float v, float disparity_px) const noexcept {
+  constexpr float kNowhere = -1e3F;
+  const Eigen::Vector4f place = warp_ * Eigen::Vector4f(u, v, 1.F, disparity_px);
+  return place.w() > 0.F ? Eigen::Vector2f(place.head<2>() / place.z()) : Eigen::Vector2f(kNowhere, kNowhere);
+}
+
+Eigen::Matrix<float, 2, 3> PastPlaces::jacobian(float u, float v, float disparity_px,
+                                                const Eigen::Vector2f& place) const noexcept {
+  const float z = warp_.row(2) * Eigen::Vector4f(u, v, 1.F, disparity_px);
+  return disparity_px / z * (by_velocity_.topRows<2>() - place * by_velocity_.row(2));
+}
+
+// A point X = f b / d K^-1 (u, v, 1) was at R X + t - s v, with s the elapsed time in the axes of the earlier camera:
+// its homogeneous place is K R K^-1 (u, v, 1) + d K (t - s v) / (f b).
 TemporalTest::TemporalTest(const StereoGeometry& geometry, const FrameHistory& history)
     : geometry_(geometry), history_(&history), step_px_(matching_step(geometry.width_px)) {
+  constexpr double kNearestM = 0.1;
+  const double fb = geometry.fx_px * geometry.baseline_m;
+  Eigen::Matrix3d k;
+  k << geometry.fx_px, 0.0, geometry.cx_px, 0.0, geometry.fy_px, geometry.cy_px, 0.0, 0.0, 1.0;
   for (int lag = 1; lag < history.size(); ++lag) {
     const PastFrame& now = history.at(0);
     const PastFrame& then = history.at(lag);
     const Se3 T_then_now = then.T_world_cam.inverse() * now.T_world_cam;
     const double elapsed_s = 1e-9 * static_cast<double>(now.timestamp_ns - then.timestamp_ns);
-    steps_[static_cast<std::size_t>(lag)] = {T_then_now.rotation.cast<float>(), T_then_now.translation.cast<float>(),
-                                             (elapsed_s * then.T_world_cam.rotation.transpose()).cast<float>()};
+    Eigen::Matrix4d warp;
+    warp.topLeftCorner<3, 3>() = k * T_then_now.rotation * k.inverse();
+    warp.topRightCorner<3, 1>() = k * T_then_now.translation / fb;
+    warp.row(3) = warp.row(2) - kNearestM / fb * Eigen::RowVector4d::UnitW();
+    PastPlaces& places = at_rest_[static_cast<std::size_t>(lag)];
+    places.lag_ = lag;
+    places.warp_ = warp.cast<float>();
+    places.by_velocity_ = (-elapsed_s / fb * k * then.T_world_cam.rotation.transpose()).cast<float>();
   }
+}
+
+PastPlaces TemporalTest::places(const Eigen::Vector3f& velocity_mps, int lag) const noexcept {
+  PastPlaces places = at_rest_[static_cast<std::size_t>(lag)];
+  const Eigen::Vector3f shift = places.by_velocity_ * velocity_mps;
+  places.warp_.col(3) += Eigen::Vector4f(shift.x(), shift.y(), shift.z(), shift.z());
+  return places;
 }
 
 float TemporalTest::overlap() const noexcept {
@@ -35,93 +66,62 @@ float TemporalTest::overlap() const noexcept {
   return side * side;
 }
 
-TemporalTest::Places TemporalTest::places(const Eigen::Vector3f& velocity_mps, int lag, float u, float v,
-                                          float disparity_px) const noexcept {
-  const Step& step = steps_[static_cast<std::size_t>(lag)];
-  const auto fx = static_cast<float>(geometry_.fx_px);
-  const auto fy = static_cast<float>(geometry_.fy_px);
-  const auto cx = static_cast<float>(geometry_.cx_px);
-  const auto cy = static_cast<float>(geometry_.cy_px);
-  const float z = fx * static_cast<float>(geometry_.baseline_m) / disparity_px;
-  const Eigen::Vector3f p((u - cx) / fx * z, (v - cy) / fy * z, z);
-  const Eigen::Vector3f at_rest = step.rotation * p + step.translation;
-  const Eigen::Vector3f moved = at_rest - step.back * velocity_mps;
-  constexpr float kNearestM = 0.1F;
-  constexpr float kNowhere = -1e3F;
-  const auto project = [&](const Eigen::Vector3f& q) {
-    return q.z() > kNearestM ? Eigen::Vector2f(fx * q.x() / q.z() + cx, fy * q.y() / q.z() + cy)
-                             : Eigen::Vector2f(kNowhere, kNowhere);
-  };
-  return {project(at_rest), project(moved)};
-}
-
 int TemporalTest::discriminating_lag(const Eigen::Vector3f& velocity_mps, float u, float v,
                                      float disparity_px) const noexcept {
   for (int lag = 1; lag < history_->size(); ++lag) {
-    const Places p = places(velocity_mps, lag, u, v, disparity_px);
-    if ((p.at_rest - p.moved).norm() >= kDiscriminatingPx * static_cast<float>(step_px_)) {
+    const Hypotheses h = hypotheses(velocity_mps, lag);
+    if ((h.at_rest.at(u, v, disparity_px) - h.moved.at(u, v, disparity_px)).norm() >=
+        kDiscriminatingPx * static_cast<float>(step_px_)) {
       return lag;
     }
   }
   return history_->size() - 1;
 }
 
-// Corner of a cell's patch in the newest image; false without one, or without an image to compare with.
-bool TemporalTest::patch(int lag, int cx, int cy, Eigen::Vector2i& corner) const noexcept {
-  if (lag < 1 || lag >= history_->size()) {
+bool TemporalTest::find_patch(const PastPlaces& places, int cx, int cy, float disparity_px,
+                              Patch& patch) const noexcept {
+  if (places.lag() < 1 || places.lag() >= history_->size()) {
     return false;
   }
   const GrayView now = history_->at(0).image;
   const int pitch = kCellPx / step_px_;
-  corner = {cx * pitch + (pitch - kPatchPx) / 2, cy * pitch + (pitch - kPatchPx) / 2};
-  return !now.empty() && !history_->at(lag).image.empty() && corner.minCoeff() >= 0 &&
-         corner.x() + kPatchPx <= now.width && corner.y() + kPatchPx <= now.height;
+  patch.corner = {cx * pitch + (pitch - kPatchPx) / 2, cy * pitch + (pitch - kPatchPx) / 2};
+  if (now.empty() || history_->at(places.lag()).image.empty() || patch.corner.minCoeff() < 0 ||
+      patch.corner.x() + kPatchPx > now.width || patch.corner.y() + kPatchPx > now.height) {
+    return false;
+  }
+  const Eigen::Vector2f center(cell_center(cx), cell_center(cy));
+  patch.place = places.at(center.x(), center.y(), disparity_px);
+  patch.shift = (patch.place - center) / static_cast<float>(step_px_);
+  return true;
 }
 
-float TemporalTest::cell_nats(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
-                              float disparity_px) const noexcept {
-  const float rest = residual(Eigen::Vector3f::Zero(), lag, cx, cy, disparity_px);
-  const float moved = residual(velocity_mps, lag, cx, cy, disparity_px);
+float TemporalTest::cell_nats(const Hypotheses& hypotheses, int cx, int cy, float disparity_px) const noexcept {
+  const float rest = residual(hypotheses.at_rest, cx, cy, disparity_px);
+  const float moved = residual(hypotheses.moved, cx, cy, disparity_px);
   return rest < 0.F || moved < 0.F ? 0.F : std::clamp((rest - moved) / kGreyPerNat, -kMaxNats, kMaxNats);
 }
 
-float TemporalTest::residual(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
-                             float disparity_px) const noexcept {
-  Eigen::Vector2i corner;
-  if (!patch(lag, cx, cy, corner)) {
+float TemporalTest::residual(const PastPlaces& places, int cx, int cy, float disparity_px) const noexcept {
+  Patch patch;
+  if (!find_patch(places, cx, cy, disparity_px, patch)) {
     return -1.F;
   }
-  const Eigen::Vector2f center(cell_center(cx), cell_center(cy));
-  const Eigen::Vector2f place = places(velocity_mps, lag, center.x(), center.y(), disparity_px).moved;
-  const Eigen::Vector2f shift = (place - center) / static_cast<float>(step_px_);
-  return dense_kernels().patch_difference(history_->at(0).image, corner.x(), corner.y(), history_->at(lag).image,
-                                          shift.x(), shift.y());
+  return dense_kernels().patch_difference(history_->at(0).image, patch.corner.x(), patch.corner.y(),
+                                          history_->at(places.lag()).image, patch.shift.x(), patch.shift.y());
 }
 
-void TemporalTest::add_equations(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy, float disparity_px,
-                                 float noise_grey, Eigen::Matrix3f& information,
-                                 Eigen::Vector3f& weighted) const noexcept {
-  Eigen::Vector2i corner;
-  if (!patch(lag, cx, cy, corner)) {
-    return;
-  }
-  const Eigen::Vector2f center(cell_center(cx), cell_center(cy));
-  const Eigen::Vector2f place = places(velocity_mps, lag, center.x(), center.y(), disparity_px).moved;
-  const Eigen::Vector2f shift = (place - center) / static_cast<float>(step_px_);
+void TemporalTest::add_equations(const PastPlaces& places, int cx, int cy, float disparity_px, float noise_grey,
+                                 Eigen::Matrix3f& information, Eigen::Vector3f& weighted) const noexcept {
+  Patch patch;
   PatchSums s;
-  if (!dense_kernels().patch_sums(history_->at(0).image, corner.x(), corner.y(), history_->at(lag).image, shift.x(),
-                                  shift.y(), s)) {
+  if (!find_patch(places, cx, cy, disparity_px, patch) ||
+      !dense_kernels().patch_sums(history_->at(0).image, patch.corner.x(), patch.corner.y(),
+                                  history_->at(places.lag()).image, patch.shift.x(), patch.shift.y(), s)) {
     return;
   }
-  const Step& step = steps_[static_cast<std::size_t>(lag)];
-  const auto fx = static_cast<float>(geometry_.fx_px);
-  const auto fy = static_cast<float>(geometry_.fy_px);
-  const float z = fx * static_cast<float>(geometry_.baseline_m) / disparity_px;
-  // Derivative of the place in the earlier image by the velocity.
-  Eigen::Matrix<float, 2, 3> jacobian;
-  jacobian << fx, 0.F, static_cast<float>(geometry_.cx_px) - place.x(),  //
-      0.F, fy, static_cast<float>(geometry_.cy_px) - place.y();
-  jacobian = -jacobian * step.back / (z * static_cast<float>(step_px_));
+  const Eigen::Matrix<float, 2, 3> jacobian =
+      places.jacobian(cell_center(cx), cell_center(cy), disparity_px, patch.place) / static_cast<float>(step_px_);
   Eigen::Matrix2f gradients;
   gradients << s.xx, s.xy, s.xy, s.yy;
   // Cauchy weight, against occlusions and other objects.
@@ -147,7 +147,7 @@ float TemporalTest::elapsed_s(int lag) const noexcept {
 
 float TemporalTest::support_nats(const DenseView& dense, const Eigen::Vector3f& velocity_mps, float u, float v,
                                  float disparity_px, float radius_m) const noexcept {
-  const int lag = discriminating_lag(velocity_mps, u, v, disparity_px);
+  const Hypotheses moves_or_rests = hypotheses(velocity_mps, discriminating_lag(velocity_mps, u, v, disparity_px));
   const ImageView<const float> cells = dense.disparity.disparity_px();
   const auto fb = static_cast<float>(geometry_.fx_px * geometry_.baseline_m);
   const float noise = 2.F * dense.disparity.sigma_px();
@@ -167,7 +167,7 @@ float TemporalTest::support_nats(const DenseView& dense, const Eigen::Vector3f& 
               GroundPlane::kGroundNats) {
         continue;
       }
-      total += cell_nats(velocity_mps, lag, cx, cy, d);
+      total += cell_nats(moves_or_rests, cx, cy, d);
     }
   }
   return total / overlap();

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "synthetic_world.hpp"
+#include "thread_per_round_workers.hpp"
 
 namespace kinetrace::segmentation {
 namespace {
@@ -41,10 +42,11 @@ class BoxNetwork final : public DelayedMaskSource {
 class AutoSegmenterTest : public ::testing::Test {
  protected:
   AutoSegmenterTest() { config_.mode = SegmentationMode::kAuto; }
-  void make(DelayedMaskSource* network) {
+  void make(DelayedMaskSource* network, Workers* workers = nullptr) {
     const MaskMakers makers{.external = nullptr, .network = network};
     arena_ = std::make_unique<Arena>(required_bytes(config_, world_config_.geometry, world_config_.capacity));
-    segmenter_ = make_segmenter(config_, world_config_.geometry, world_config_.capacity, *arena_, makers).value();
+    segmenter_ =
+        make_segmenter(config_, world_config_.geometry, world_config_.capacity, *arena_, makers, workers).value();
   }
   DetectionFrame step(bool ego_valid = true) {
     const FeatureFrame frame =
@@ -94,6 +96,26 @@ TEST_F(AutoSegmenterTest, BothFindWhatTheOtherDoesNotSee) {
   EXPECT_EQ(segmenter_->counters().frames, 10U);
   EXPECT_EQ(segmenter_->counters().frames_missing, 0U);
   EXPECT_GT(segmenter_->counters().detections, 10U);
+}
+
+TEST_F(AutoSegmenterTest, WorkersShareTheWorkAndChangeNothing) {
+  test::ThreadPerRoundWorkers workers(2);
+  network_.show(kVehicleClass, kSure, kElsewhere);
+  make(&network_, &workers);
+  const DetectionFrame frame = step_until_it_moves();
+  EXPECT_EQ(workers.rounds, 10);
+  ASSERT_EQ(frame.left.size(), 2U);
+  const std::vector<Detection> shared(frame.left.begin(), frame.left.end());
+  frames_ = 0;
+  world_ = test::SyntheticWorld{world_config_, {{{4.0, 1.5, 1.8}, 60}}};
+  make(&network_);
+  const DetectionFrame alone = step_until_it_moves();
+  ASSERT_EQ(alone.left.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(alone.left[i].box_px.x0, shared[i].box_px.x0);
+    EXPECT_EQ(alone.left[i].box_px.y1, shared[i].box_px.y1);
+    EXPECT_EQ(alone.left[i].area_px, shared[i].area_px);
+  }
 }
 
 TEST_F(AutoSegmenterTest, WhatBothSeeIsOneObjectOfTheNetworksClass) {

@@ -167,13 +167,13 @@ TEST(TemporalTest, TellsWhatMovesFromWhatStands) {
   const double z_m = geometry.depth_m(17.6);
   const Eigen::Vector3f velocity(static_cast<float>(40.0 * z_m / geometry.fx_px), 0.F, 0.F);
   EXPECT_EQ(test.discriminating_lag(velocity, 100.F, 90.F, 17.6F), 1);
-  const TemporalTest::Places places = test.places(velocity, 2, 100.F, 90.F, 17.6F);
-  EXPECT_NEAR(places.at_rest.x(), 100.F, 1e-3F);
-  EXPECT_NEAR(places.moved.x(), 92.F, 1e-3F);
-  EXPECT_GT(test.cell_nats(velocity, 1, 25, 22, 17.6F), 2.F) << "on the board";
-  EXPECT_LT(test.cell_nats(velocity, 1, 70, 22, 17.6F), -2.F) << "on the wall";
-  EXPECT_LT(test.cell_nats(-velocity, 1, 25, 22, 17.6F), 1.F) << "the other way";
-  EXPECT_EQ(test.cell_nats(velocity, 3, 25, 22, 17.6F), 0.F) << "before the first image";
+  EXPECT_NEAR(test.places_at_rest(2).at(100.F, 90.F, 17.6F).x(), 100.F, 1e-3F);
+  EXPECT_NEAR(test.places(velocity, 2).at(100.F, 90.F, 17.6F).x(), 92.F, 1e-3F);
+  const TemporalTest::Hypotheses now = test.hypotheses(velocity, 1);
+  EXPECT_GT(test.cell_nats(now, 25, 22, 17.6F), 2.F) << "on the board";
+  EXPECT_LT(test.cell_nats(now, 70, 22, 17.6F), -2.F) << "on the wall";
+  EXPECT_LT(test.cell_nats(test.hypotheses(-velocity, 1), 25, 22, 17.6F), 1.F) << "the other way";
+  EXPECT_EQ(test.cell_nats(test.hypotheses(velocity, 3), 25, 22, 17.6F), 0.F) << "before the first image";
 }
 
 }  // namespace

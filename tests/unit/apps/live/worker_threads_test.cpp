@@ -1,5 +1,7 @@
 #include "live/worker_threads.hpp"
 
+#include <sched.h>
+
 #include <atomic>
 #include <numeric>
 #include <thread>
@@ -52,6 +54,40 @@ TEST(WorkerThreads, AJobHasTheNumbersOfItsWorkers) {
     workers.run(Job(job));
   }
   EXPECT_EQ(callers, 100);
+}
+
+TEST(WorkerThreads, HelpersStayOffTheCallersCore) {
+  cpu_set_t allowed;
+  ASSERT_EQ(::sched_getaffinity(0, sizeof(allowed), &allowed), 0);
+  if (CPU_COUNT(&allowed) < 2) {
+    GTEST_SKIP() << "one core";
+  }
+  WorkerThreads workers(2);
+  for (int core = 0; core < CPU_SETSIZE; ++core) {
+    if (!CPU_ISSET(core, &allowed)) {
+      continue;
+    }
+    cpu_set_t own;
+    CPU_ZERO(&own);
+    CPU_SET(core, &own);
+    ASSERT_EQ(::sched_setaffinity(0, sizeof(own), &own), 0);
+    std::atomic<bool> helped{false};
+    auto job = [&](std::size_t worker) {
+      if (worker == 0) {
+        while (!helped) {
+          std::this_thread::yield();
+        }
+        return;
+      }
+      cpu_set_t helpers;
+      EXPECT_EQ(::sched_getaffinity(0, sizeof(helpers), &helpers), 0);
+      EXPECT_FALSE(CPU_ISSET(core, &helpers));
+      EXPECT_EQ(CPU_COUNT(&helpers), CPU_COUNT(&allowed) - 1);
+      helped = true;
+    };
+    workers.run(Job(job));
+  }
+  EXPECT_EQ(::sched_setaffinity(0, sizeof(allowed), &allowed), 0);
 }
 
 TEST(WorkerThreads, EndWithoutHavingWorked) {

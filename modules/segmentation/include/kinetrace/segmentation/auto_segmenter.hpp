@@ -13,7 +13,7 @@
 
 namespace kinetrace::segmentation {
 
-/// Runs both on each frame, and fuses their masks (MaskFusion). A frame without masks of the network, because it is
+/// Runs both on each frame, at the same time if there are workers, and fuses their masks (MaskFusion). A frame without masks of the network, because it is
 /// slow, fails or hangs, reports moving regions alone, with DetectionFrame::moving_only. A frame without ego motion
 /// reports the network's masks alone. Frames without the network's masks count as missing.
 class AutoSegmenter final : public Segmenter {
@@ -23,7 +23,8 @@ class AutoSegmenter final : public Segmenter {
   /// Errors: kInvalidConfig (also without a source), kCapacity.
   [[nodiscard]] static Result<std::unique_ptr<AutoSegmenter>> create(const SegmentationConfig& config,
                                                                      const StereoGeometry& geometry, int max_features,
-                                                                     Arena& arena, DelayedMaskSource* network);
+                                                                     Arena& arena, DelayedMaskSource* network,
+                                                                     Workers* workers = nullptr);
 
   void load(const RectifiedPair& pair, std::span<const Track> tracks) override;
   /// Errors: kIllegalState if load() was not called for this frame.
@@ -36,6 +37,7 @@ class AutoSegmenter final : public Segmenter {
                     AutoSegmenter& segmenter);
   [[nodiscard]] DetectionFrame weigh(const DetectionFrame& seen, const DetectionFrame& moving) noexcept;
 
+  Workers* workers_ = nullptr;
   std::unique_ptr<MotionSegmenter> motion_;
   std::unique_ptr<NetworkSegmenter> network_;
   MaskFusion left_;

@@ -62,13 +62,14 @@ class MaskWarp {
   [[nodiscard]] Similarity motion_in_images(std::uint16_t mask, View view) noexcept;
   [[nodiscard]] Eigen::Vector2f shift_around(const PixelBox& box_px) noexcept;
   [[nodiscard]] Eigen::Vector2f median_shift(std::span<const Motion> motions) noexcept;
-  void move(std::uint16_t mask, const Similarity& motion, ImageView<std::uint16_t> target) const noexcept;
+  void move(std::uint16_t mask, const Similarity& motion, ImageView<std::uint16_t> target) noexcept;
 
   FixedVector<Observation> then_;  ///< By slot.
   FixedVector<Motion> motions_;
   FixedVector<Motion> chosen_;
   FixedVector<float> sorted_;
   FixedVector<PixelBox> boxes_px_;  ///< By mask, from 1.
+  FixedVector<int> columns_;        ///< Of the earlier image, for the columns of a mask.
   ImageView<std::uint16_t> earlier_;
   bool has_right_ = false;
   std::array<Images, 2> images_;  ///< Left, and right if it has masks.

@@ -67,9 +67,9 @@ class MovingBlobs {
 
   void remember(ImageView<const float> disparity_px);
   void find_changed(const DenseView& dense, const TemporalTest& test);
-  [[nodiscard]] bool stands_elsewhere(const DenseView& dense, const TemporalTest& test, int cx, int cy,
-                                      float limit) const;
-  [[nodiscard]] bool was_hidden(const TemporalTest& test, int cx, int cy, float disparity_px) const;
+  [[nodiscard]] bool stands_elsewhere(const DenseView& dense, const TemporalTest& test, const PastPlaces& at_rest,
+                                      int cx, int cy, float limit) const;
+  [[nodiscard]] bool was_hidden(const PastPlaces& at_rest, int cx, int cy, float disparity_px) const;
   void collect(int cx, int cy);
   [[nodiscard]] const MovingBlob* previous_blob(const TemporalTest& test) const;
   void search(const TemporalTest& test, const Eigen::Vector3f& across, MovingBlob& blob) const;

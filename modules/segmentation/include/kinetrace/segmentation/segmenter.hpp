@@ -15,6 +15,7 @@
 #include "kinetrace/core/result.hpp"
 #include "kinetrace/core/se3.hpp"
 #include "kinetrace/core/track_frame.hpp"
+#include "kinetrace/core/workers.hpp"
 #include "kinetrace/segmentation/config.hpp"
 
 namespace kinetrace::segmentation {
@@ -74,10 +75,12 @@ class Segmenter {
 [[nodiscard]] std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,
                                          int max_features);
 
-/// The segmenter that `config.mode` names; kAuto without a network: motion alone. Errors: kInvalidConfig, kNotFound
+/// The segmenter that `config.mode` names; kAuto without a network: motion alone. `workers`, if any, share its work,
+/// and must outlive it. Errors: kInvalidConfig, kNotFound
 /// (mask folder), kCapacity (arena).
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> make_segmenter(const SegmentationConfig& config,
                                                                 const StereoGeometry& geometry, int max_features,
-                                                                Arena& arena, const MaskMakers& makers = {});
+                                                                Arena& arena, const MaskMakers& makers = {},
+                                                                Workers* workers = nullptr);
 
 }  // namespace kinetrace::segmentation

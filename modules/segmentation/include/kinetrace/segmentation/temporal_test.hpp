@@ -20,34 +20,53 @@ struct DenseView {
   const FrameHistory& history;
 };
 
+/// Places in an earlier image of points that move with one velocity.
+class PastPlaces {
+ public:
+  /// Of a point now seen at (u, v); full pixels, far outside the image if it was behind the camera.
+  [[nodiscard]] Eigen::Vector2f at(float u, float v, float disparity_px) const noexcept;
+  /// Derivative of `place`, the result of at(), by the velocity in world axes, pixels per m/s.
+  [[nodiscard]] Eigen::Matrix<float, 2, 3> jacobian(float u, float v, float disparity_px,
+                                                    const Eigen::Vector2f& place) const noexcept;
+  [[nodiscard]] int lag() const noexcept { return lag_; }
+
+ private:
+  friend class TemporalTest;
+
+  int lag_ = 0;
+  /// Of (u, v, 1, disparity): the homogeneous place, and how far its depth exceeds the least one.
+  Eigen::Matrix4f warp_ = Eigen::Matrix4f::Zero();
+  Eigen::Matrix3f by_velocity_ = Eigen::Matrix3f::Zero();  ///< Derivative of the homogeneous place, over disparity.
+};
+
 /// Compares the patch around a cell with an earlier image at two places: where the cell was if at rest, and where if it
 /// moved with a velocity. The difference of the two residuals is a log-likelihood ratio, in nats.
 class TemporalTest {
  public:
-  /// The two places in an earlier frame, full pixels.
-  struct Places {
-    Eigen::Vector2f at_rest{0.F, 0.F};
-    Eigen::Vector2f moved{0.F, 0.F};
+  struct Hypotheses {
+    PastPlaces at_rest;
+    PastPlaces moved;
   };
 
   /// Valid until the history changes. Velocities are in the axes of the world of the history's poses.
   TemporalTest(const StereoGeometry& geometry, const FrameHistory& history);
 
-  /// `lag` in [1, history.size()).
-  [[nodiscard]] Places places(const Eigen::Vector3f& velocity_mps, int lag, float u, float v,
-                              float disparity_px) const noexcept;
+  /// `lag` in [1, history.size()); of others the places mean nothing, and no patch is compared.
+  [[nodiscard]] PastPlaces places(const Eigen::Vector3f& velocity_mps, int lag) const noexcept;
+  [[nodiscard]] PastPlaces places_at_rest(int lag) const noexcept { return places(Eigen::Vector3f::Zero(), lag); }
+  [[nodiscard]] Hypotheses hypotheses(const Eigen::Vector3f& velocity_mps, int lag) const noexcept {
+    return {places_at_rest(lag), places(velocity_mps, lag)};
+  }
   /// Lag of the newest earlier image in which the two places are distinguishable; 0 without an earlier image.
   [[nodiscard]] int discriminating_lag(const Eigen::Vector3f& velocity_mps, float u, float v,
                                        float disparity_px) const noexcept;
   /// For one cell; positive: moved. 0 without an image, or if the place lies outside.
-  [[nodiscard]] float cell_nats(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
-                                float disparity_px) const noexcept;
+  [[nodiscard]] float cell_nats(const Hypotheses& hypotheses, int cx, int cy, float disparity_px) const noexcept;
   /// Mean grey difference of one cell's patch; negative without an image, or if the place lies outside.
-  [[nodiscard]] float residual(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy,
-                               float disparity_px) const noexcept;
+  [[nodiscard]] float residual(const PastPlaces& places, int cx, int cy, float disparity_px) const noexcept;
   /// Adds one cell to the normal equations of a change of velocity: residuals are the grey differences of its pixels,
   /// of standard deviation `noise_grey`.
-  void add_equations(const Eigen::Vector3f& velocity_mps, int lag, int cx, int cy, float disparity_px, float noise_grey,
+  void add_equations(const PastPlaces& places, int cx, int cy, float disparity_px, float noise_grey,
                      Eigen::Matrix3f& information, Eigen::Vector3f& weighted) const noexcept;
   /// Lag of the newest image at least so old, or of the oldest one.
   [[nodiscard]] int lag_after(float seconds) const noexcept;
@@ -59,17 +78,20 @@ class TemporalTest {
   [[nodiscard]] float overlap() const noexcept;
 
  private:
-  struct Step {
-    Eigen::Matrix3f rotation;  ///< Of T_then_now.
-    Eigen::Vector3f translation;
-    Eigen::Matrix3f back;  ///< Elapsed time times the rotation from the world into the earlier camera.
+  /// Of the patch around a cell, in the newest of the matching images.
+  struct Patch {
+    Eigen::Vector2i corner;
+    Eigen::Vector2f place;  ///< Of the cell in the earlier image, full pixels.
+    Eigen::Vector2f shift;  ///< To there, pixels of the matching images.
   };
 
-  [[nodiscard]] bool patch(int lag, int cx, int cy, Eigen::Vector2i& corner) const noexcept;
+  /// False without one, or without an image to compare with.
+  [[nodiscard]] bool find_patch(const PastPlaces& places, int cx, int cy, float disparity_px,
+                                Patch& patch) const noexcept;
 
   StereoGeometry geometry_;
   const FrameHistory* history_ = nullptr;
-  std::array<Step, FrameHistory::kFrames> steps_;
+  std::array<PastPlaces, FrameHistory::kFrames> at_rest_;  ///< By lag.
   int step_px_ = 1;
 };
 
