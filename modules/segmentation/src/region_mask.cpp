@@ -177,7 +177,7 @@ bool RegionMask::describe(std::size_t region, std::span<const Feature> features,
   } else {
     return false;
   }
-  for (int y = 0; y < previous_.height; ++y) {
+  for (int y = 0; y < previous_.height && before != nullptr; ++y) {
     for (int x = 0; x < previous_.width; ++x) {
       if (previous_.row(y)[x] == r.id) {
         box.include(x, y);
@@ -353,17 +353,17 @@ void RegionMask::diffuse(const Candidate& candidate, const DenseView& dense) {
         e[cx] += w[cx] * (e[cx + 1] - e[cx]);
       }
     }
-    for (int cy = box.y0 + 1; cy < box.y1; ++cy) {
+    const auto take_from = [&](int cy, const float* other, const float* w) {
+      float* const e = evidence_.row(cy);
       for (int cx = box.x0; cx < box.x1; ++cx) {
-        float& e = evidence_.row(cy)[cx];
-        e += weight_down_.row(cy - 1)[cx] * (evidence_.row(cy - 1)[cx] - e);
+        e[cx] += w[cx] * (other[cx] - e[cx]);
       }
+    };
+    for (int cy = box.y0 + 1; cy < box.y1; ++cy) {
+      take_from(cy, evidence_.row(cy - 1), weight_down_.row(cy - 1));
     }
     for (int cy = box.y1 - 1; cy-- > box.y0;) {
-      for (int cx = box.x0; cx < box.x1; ++cx) {
-        float& e = evidence_.row(cy)[cx];
-        e += weight_down_.row(cy)[cx] * (evidence_.row(cy + 1)[cx] - e);
-      }
+      take_from(cy, evidence_.row(cy + 1), weight_down_.row(cy));
     }
   }
 }
