@@ -16,29 +16,21 @@ constexpr std::size_t kMinFeatures = 4;
 
 CandidateFilter::CandidateFilter(const StereoGeometry& geometry, int max_features, Arena& arena)
     : baseline_m_(static_cast<float>(geometry.baseline_m)),
-      points_(arena, static_cast<std::size_t>(max_features)),
       samples_(arena, static_cast<std::size_t>(max_features)),
       inside_px_(arena, static_cast<std::size_t>(max_features)),
       plausible_(arena, MaskCanvas::kMaxMasks) {}
 
-void CandidateFilter::remember(std::span<const Feature> features) noexcept {
-  points_.clear();
-  for (const Feature& feature : features) {
-    if (feature.has_right()) {
-      static_cast<void>(  // as many places as features
-          points_.push_back({feature.left_px.array().round().cast<int>(), feature.disparity_px()}));
-    }
-  }
-}
-
-float CandidateFilter::near_disparity_px(const RunLengthMask& mask) noexcept {
+float CandidateFilter::near_disparity_px(const RunLengthMask& mask,
+                                         std::span<const SeenFeature> features) noexcept {
   const PixelBox& box = mask.box_px;
   samples_.clear();
-  for (const Point& point : points_) {
-    if (point.pixel.x() >= box.x0 && point.pixel.x() < box.x1 && point.pixel.y() >= box.y0 &&
-        point.pixel.y() < box.y1) {
-      const int at = (point.pixel.y() - box.y0) * box.width() + point.pixel.x() - box.x0;
-      static_cast<void>(samples_.push_back({static_cast<std::uint32_t>(at), point.disparity_px}));
+  for (const SeenFeature& feature : features) {
+    const Eigen::Vector2i pixel = feature.left_px.array().round().cast<int>();
+    if (feature.id != 0 && feature.has_right() && pixel.x() >= box.x0 && pixel.x() < box.x1 && pixel.y() >= box.y0 &&
+        pixel.y() < box.y1) {
+      const int at = (pixel.y() - box.y0) * box.width() + pixel.x() - box.x0;
+      static_cast<void>(  // as many places as features
+          samples_.push_back({static_cast<std::uint32_t>(at), feature.disparity_px()}));
     }
   }
   std::sort(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) { return a.at < b.at; });
@@ -63,10 +55,11 @@ float CandidateFilter::near_disparity_px(const RunLengthMask& mask) noexcept {
   return *upper_quartile;
 }
 
-std::span<const RunLengthMask> CandidateFilter::plausible(std::span<const RunLengthMask> candidates) noexcept {
+std::span<const RunLengthMask> CandidateFilter::plausible(std::span<const RunLengthMask> candidates,
+                                                          std::span<const SeenFeature> features) noexcept {
   plausible_.clear();
   for (const RunLengthMask& mask : candidates.first(std::min(candidates.size(), plausible_.capacity()))) {
-    const float disparity_px = mask.class_id == kPedestrianClass ? near_disparity_px(mask) : 0.F;
+    const float disparity_px = mask.class_id == kPedestrianClass ? near_disparity_px(mask, features) : 0.F;
     if (disparity_px <= 0.F || !is_larger_than_people(mask.box_px, disparity_px, baseline_m_)) {
       static_cast<void>(plausible_.push_back(mask));
     }

@@ -31,8 +31,7 @@ GrayView image_of(const RectifiedPair& pair, View view) noexcept {
 }  // namespace
 
 MaskWarp::MaskWarp(const StereoGeometry& geometry, int max_features, bool right, Arena& arena)
-    : then_(arena, static_cast<std::size_t>(max_features)),
-      motions_(arena, static_cast<std::size_t>(max_features)),
+    : motions_(arena, static_cast<std::size_t>(max_features)),
       chosen_(arena, static_cast<std::size_t>(max_features)),
       sorted_(arena, static_cast<std::size_t>(max_features)),
       boxes_px_(arena, MaskCanvas::kMaxMasks + 1),
@@ -46,23 +45,19 @@ MaskWarp::MaskWarp(const StereoGeometry& geometry, int max_features, bool right,
   }
 }
 
-void MaskWarp::remember(const SegmentationInput& input) noexcept {
-  then_.clear();
-  then_.resize(then_.capacity());
-  for (const Feature& feature : input.features) {
-    then_[feature.slot] = {feature.id, feature.left_px, feature.u_right_px};
-  }
-  images_of(View::kLeft).earlier.fill(input.pair.left);
+void MaskWarp::remember(const RectifiedPair& pair) noexcept {
+  images_of(View::kLeft).earlier.fill(pair.left);
   if (has_right_) {
-    images_of(View::kRight).earlier.fill(input.pair.right);
+    images_of(View::kRight).earlier.fill(pair.right);
   }
-  timestamp_ns_ = input.pair.timestamp_ns;
+  timestamp_ns_ = pair.timestamp_ns;
 }
 
-void MaskWarp::collect(std::span<const Feature> now, View view, ImageView<const std::uint16_t> drawn) noexcept {
+void MaskWarp::collect(std::span<const SeenFeature> seen, std::span<const Feature> now, View view,
+                       ImageView<const std::uint16_t> drawn) noexcept {
   motions_.clear();
   for (const Feature& feature : now) {
-    const Observation& then = then_[feature.slot];
+    const SeenFeature& then = seen[feature.slot];
     if (then.id != feature.id || feature.id == 0) {
       continue;
     }
@@ -206,9 +201,10 @@ void MaskWarp::move(std::uint16_t mask, const Similarity& motion, ImageView<std:
   }
 }
 
-void MaskWarp::warp(const SegmentationInput& now, View view, MaskCanvas& canvas) noexcept {
+void MaskWarp::warp(std::span<const SeenFeature> then, const SegmentationInput& now, View view,
+                    MaskCanvas& canvas) noexcept {
   const ImageView<std::uint16_t> drawn = canvas.drawn();
-  collect(now.features, view, drawn);
+  collect(then, now.features, view, drawn);
   images_of(view).now.fill(image_of(now.pair, view));
   elapsed_s_ = static_cast<float>(1e-9 * static_cast<double>(now.pair.timestamp_ns - timestamp_ns_));
   find_boxes(drawn, canvas.mask_count());

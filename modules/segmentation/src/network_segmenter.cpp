@@ -10,6 +10,7 @@ void NetworkSegmenter::carve(const SegmentationConfig& config, const StereoGeome
   if (config.onnx.right) {
     segmenter.right_ = MaskCanvas(geometry, config.max_objects, arena);
   }
+  segmenter.seen_ = SeenFeatures(max_features, arena);
   segmenter.filter_ = CandidateFilter(geometry, max_features, arena);
   segmenter.warp_ = MaskWarp(geometry, max_features, config.onnx.right, arena);
   segmenter.relabeler_ = InstanceRelabeler(arena);
@@ -97,15 +98,15 @@ Result<DetectionFrame> NetworkSegmenter::process(const SegmentationInput& input)
   }
   if (collected_ != nullptr) {
     if (collected_as_.age_frames == 0) {
-      filter_.remember(input.features);
+      seen_.remember(input.features);
     }
     deliver(input, frame);
   }
   counters_.frames_missing += is_due_ && !frame.available ? 1 : 0;
   // Only after warping the masks of the frame before.
   if (under_way_ && under_way_->age_frames == 0) {
-    warp_.remember(input);
-    filter_.remember(input.features);
+    warp_.remember(input.pair);
+    seen_.remember(input.features);
   }
   return frame;
 }
@@ -123,11 +124,11 @@ void NetworkSegmenter::deliver(const SegmentationInput& input, DetectionFrame& f
   const auto draw = [&](std::span<const RunLengthMask> masks, View view, MaskCanvas& canvas) {
     canvas.draw_candidates(masks);
     if (collected_as_.age_frames > 0) {
-      warp_.warp(input, view, canvas);
+      warp_.warp(seen_.by_slot(), input, view, canvas);
     }
     counters_.detections_dropped += static_cast<std::uint64_t>(canvas.finish(config_, relabeler_));
   };
-  draw(filter_.plausible(collected_->left), View::kLeft, left_);
+  draw(filter_.plausible(collected_->left, seen_.by_slot()), View::kLeft, left_);
   frame.available = true;
   frame.searched_px = collected_as_.region_px;
   frame.left_labels = left_.labels();

@@ -20,13 +20,17 @@ constexpr float kDisparity_px = 10.F;
 class CandidateFilterTest : public ::testing::Test {
  protected:
   CandidateFilterTest() {
-    const auto carve = [&](Arena& arena) { filter_ = CandidateFilter(kGeometry, kCapacity, arena); };
+    const auto carve = [&](Arena& arena) {
+      seen_ = SeenFeatures(kCapacity, arena);
+      filter_ = CandidateFilter(kGeometry, kCapacity, arena);
+    };
     arena_ = std::make_unique<Arena>(measure_bytes(carve));
     carve(*arena_);
   }
   void add_feature(float x, float y, float disparity_px = kDisparity_px) {
     Feature feature;
     feature.id = static_cast<std::uint32_t>(features_.size() + 1);
+    feature.slot = static_cast<std::uint16_t>(features_.size());
     feature.left_px = {x, y};
     feature.u_right_px = x - disparity_px;
     features_.push_back(feature);
@@ -38,13 +42,14 @@ class CandidateFilterTest : public ::testing::Test {
   }
   /// Number of accepted ones.
   std::size_t accepted(std::vector<RunLengthMask> candidates) {
-    filter_.remember(features_);
-    const std::span<const RunLengthMask> plausible = filter_.plausible(candidates);
+    seen_.remember(features_);
+    const std::span<const RunLengthMask> plausible = filter_.plausible(candidates, seen_.by_slot());
     accepted_.assign(plausible.begin(), plausible.end());
     return accepted_.size();
   }
 
   std::unique_ptr<Arena> arena_;
+  SeenFeatures seen_;
   CandidateFilter filter_;
   std::vector<Feature> features_;
   std::vector<RunLengthMask> accepted_;

@@ -48,8 +48,9 @@ class MaskWarpTest : public ::testing::Test {
     }
   }
   std::vector<Detection> warped(View view = View::kLeft) {
-    warp_.remember(input(then_picture_, 0, then_));
-    warp_.warp(input(now_picture_, 100'000'000, now_), view, canvas_);
+    warp_.remember(then_picture_.pair(0, 0));
+    seen_.remember(then_);
+    warp_.warp(seen_.by_slot(), input(now_picture_, 100'000'000, now_), view, canvas_);
     static_cast<void>(canvas_.finish(config_, relabeler_));
     return {canvas_.detections().begin(), canvas_.detections().end()};
   }
@@ -71,6 +72,7 @@ class MaskWarpTest : public ::testing::Test {
   Arena arena_{1 << 22};
   MaskCanvas canvas_{kGeometry, 8, arena_};
   MaskWarp warp_{kGeometry, kFeatures, true, arena_};
+  SeenFeatures seen_{kFeatures, arena_};
   test::MovingPicture then_picture_{kGeometry, 0.0};  // Grey, unless drawn.
   test::MovingPicture now_picture_{kGeometry, 0.0};
   InstanceRelabeler relabeler_{arena_};

@@ -15,6 +15,7 @@
 #include "kinetrace/core/stereo_geometry.hpp"
 #include "kinetrace/segmentation/mask_canvas.hpp"
 #include "kinetrace/segmentation/region_match.hpp"
+#include "kinetrace/segmentation/seen_features.hpp"
 #include "kinetrace/segmentation/segmenter.hpp"
 
 namespace kinetrace::segmentation {
@@ -28,17 +29,12 @@ class MaskWarp {
   /// `right`: masks of the right image are warped, too.
   MaskWarp(const StereoGeometry& geometry, int max_features, bool right, Arena& arena);
 
-  /// Stores features and images of the frame whose masks are expected.
-  void remember(const SegmentationInput& input) noexcept;
-  /// Warps that frame's masks in `canvas` to the present frame.
-  void warp(const SegmentationInput& now, View view, MaskCanvas& canvas) noexcept;
+  /// Stores the images of the frame whose masks are expected.
+  void remember(const RectifiedPair& pair) noexcept;
+  /// Warps that frame's masks in `canvas` to the present frame. `then`: its features.
+  void warp(std::span<const SeenFeature> then, const SegmentationInput& now, View view, MaskCanvas& canvas) noexcept;
 
  private:
-  struct Observation {
-    std::uint32_t id = 0;
-    Eigen::Vector2f left_px{0.F, 0.F};
-    float u_right_px = kNoRight;
-  };
   struct Motion {
     std::uint16_t mask = 0;  ///< Its value on the canvas.
     Eigen::Vector2f then_px{0.F, 0.F};
@@ -56,7 +52,8 @@ class MaskWarp {
   };
 
   [[nodiscard]] Images& images_of(View view) noexcept { return images_[view == View::kLeft ? 0 : 1]; }
-  void collect(std::span<const Feature> now, View view, ImageView<const std::uint16_t> drawn) noexcept;
+  void collect(std::span<const SeenFeature> seen, std::span<const Feature> now, View view,
+               ImageView<const std::uint16_t> drawn) noexcept;
   void find_boxes(ImageView<const std::uint16_t> drawn, std::size_t masks) noexcept;
   [[nodiscard]] Similarity motion_of(std::uint16_t mask, View view) noexcept;
   [[nodiscard]] Similarity motion_in_images(std::uint16_t mask, View view) noexcept;
@@ -64,7 +61,6 @@ class MaskWarp {
   [[nodiscard]] Eigen::Vector2f median_shift(std::span<const Motion> motions) noexcept;
   void move(std::uint16_t mask, const Similarity& motion, ImageView<std::uint16_t> target) noexcept;
 
-  FixedVector<Observation> then_;  ///< By slot.
   FixedVector<Motion> motions_;
   FixedVector<Motion> chosen_;
   FixedVector<float> sorted_;

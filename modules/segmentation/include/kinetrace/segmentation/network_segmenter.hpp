@@ -57,6 +57,7 @@ class NetworkSegmenter final : public Segmenter {
   DelayedMaskSource* network_ = nullptr;
   MaskCanvas left_;
   MaskCanvas right_;  ///< Without memory if the right image is not segmented.
+  SeenFeatures seen_;
   CandidateFilter filter_;
   MaskWarp warp_;
   InstanceRelabeler relabeler_;
