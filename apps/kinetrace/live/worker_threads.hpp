@@ -1,12 +1,11 @@
 // Worker threads within a frame.
 #pragma once
 
-#include <sched.h>
-
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <sched.h>
 #include <thread>
 #include <vector>
 

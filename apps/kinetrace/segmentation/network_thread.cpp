@@ -32,8 +32,8 @@ std::size_t resident_bytes() {
   return resident_pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-// Frames have the processor first: a thread that is nicer by this gets a sixtieth of what another one gets, and the rest
-// of the time alone. It holds for the calling thread and for those it starts. A refusal by the system is ignored.
+// Frames have the processor first: a thread that is nicer by this gets a sixtieth of what another one gets, and the
+// rest of the time alone. It holds for the calling thread and for those it starts. A refusal by the system is ignored.
 constexpr int kNetworkNiceness = 19;
 
 void give_way_to_frames() {

@@ -20,8 +20,7 @@ CandidateFilter::CandidateFilter(const StereoGeometry& geometry, int max_feature
       inside_px_(arena, static_cast<std::size_t>(max_features)),
       plausible_(arena, MaskCanvas::kMaxMasks) {}
 
-float CandidateFilter::near_disparity_px(const RunLengthMask& mask,
-                                         std::span<const SeenFeature> features) noexcept {
+float CandidateFilter::near_disparity_px(const RunLengthMask& mask, std::span<const SeenFeature> features) noexcept {
   const PixelBox& box = mask.box_px;
   samples_.clear();
   for (const SeenFeature& feature : features) {

@@ -181,9 +181,8 @@ bool MovingBlobs::stands_elsewhere(const DenseView& dense, const TemporalTest& t
     }
   }
   for (const float other : {least_px, most_px}) {
-    const float r = std::abs(other - d) > 3.F * dense.disparity.sigma_px()
-                        ? test.residual(at_rest, cx, cy, other)
-                        : -1.F;
+    const float r =
+        std::abs(other - d) > 3.F * dense.disparity.sigma_px() ? test.residual(at_rest, cx, cy, other) : -1.F;
     if (r >= 0.F && r <= limit) {
       return true;
     }

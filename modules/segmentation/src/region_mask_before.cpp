@@ -119,10 +119,10 @@ std::span<const std::uint32_t> RegionMask::drawn_as(std::span<const MovingBlob> 
         continue;
       }
       const auto b = static_cast<std::size_t>(blob_of_cell.row(cy)[cx]);
-      const Eigen::Vector2f from = test.places(blobs[b].velocity_mps, 1)
-                                       .at(cell_center(cx), cell_center(cy),
-                                           dense.disparity.disparity_px().row(cy)[cx]) /
-                                   kCellPx;
+      const Eigen::Vector2f from =
+          test.places(blobs[b].velocity_mps, 1)
+              .at(cell_center(cx), cell_center(cy), dense.disparity.disparity_px().row(cy)[cx]) /
+          kCellPx;
       const int x = static_cast<int>(from.x());
       const int y = static_cast<int>(from.y());
       for (std::size_t k = 0; k < drawn_.size() && from.x() >= 0.F && from.y() >= 0.F && previous_.contains(x, y);

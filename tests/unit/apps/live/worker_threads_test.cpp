@@ -1,9 +1,8 @@
 #include "live/worker_threads.hpp"
 
-#include <sched.h>
-
 #include <atomic>
 #include <numeric>
+#include <sched.h>
 #include <thread>
 #include <vector>
 

@@ -13,9 +13,10 @@
 
 namespace kinetrace::segmentation {
 
-/// Runs both on each frame, at the same time if there are workers, and fuses their masks (MaskFusion). A frame without masks of the network, because it is
-/// slow, fails or hangs, reports moving regions alone, with DetectionFrame::moving_only. A frame without ego motion
-/// reports the network's masks alone. Frames without the network's masks count as missing.
+/// Runs both on each frame, at the same time if there are workers, and fuses their masks (MaskFusion). A frame without
+/// masks of the network, because it is slow, fails or hangs, reports moving regions alone, with
+/// DetectionFrame::moving_only. A frame without ego motion reports the network's masks alone. Frames without the
+/// network's masks count as missing.
 class AutoSegmenter final : public Segmenter {
  public:
   [[nodiscard]] static std::size_t required_bytes(const SegmentationConfig& config, const StereoGeometry& geometry,

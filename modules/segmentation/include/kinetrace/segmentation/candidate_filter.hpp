@@ -32,8 +32,7 @@ class CandidateFilter {
     float disparity_px = 0.F;
   };
   /// Upper quartile of the disparities in a mask; 0 = unknown.
-  [[nodiscard]] float near_disparity_px(const RunLengthMask& mask,
-                                        std::span<const SeenFeature> features) noexcept;
+  [[nodiscard]] float near_disparity_px(const RunLengthMask& mask, std::span<const SeenFeature> features) noexcept;
 
   float baseline_m_ = 0.F;
   FixedVector<Sample> samples_;
