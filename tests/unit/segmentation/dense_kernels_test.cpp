@@ -131,19 +131,48 @@ TEST_F(DenseKernelsTest, BothInstructionSetsAgree) {
 }
 
 TEST_F(DenseKernelsTest, APatchDiffersByTheMeanOfItsPixelsDifferences) {
-  const float shift_x = 2.25F;
-  const float shift_y = -1.5F;
-  double total = 0.0;
-  for (int y = 15; y < 15 + kPatchPx; ++y) {
-    for (int x = 20; x < 20 + kPatchPx; ++x) {
-      const auto at = [&](int dx, int dy) { return static_cast<double>(right_.row(y - 2 + dy)[x + 2 + dx]); };
-      const double value = 0.5 * (0.75 * at(0, 0) + 0.25 * at(1, 0)) + 0.5 * (0.75 * at(0, 1) + 0.25 * at(1, 1));
-      total += std::abs(static_cast<double>(left_.row(y)[x]) - value);
+  struct Shift {
+    double x;
+    double y;
+    double tolerance_grey;  // Weights are multiples of 1/32.
+  };
+  for (const Shift& shift : {Shift{2.25, -1.5, 1e-4}, Shift{2.0 + 5.0 / 32.0, -2.0 + 27.0 / 32.0, 0.05}}) {
+    const double right = shift.x - 2.0;
+    const double below = shift.y + 2.0;
+    double total = 0.0;
+    for (int y = 15; y < 15 + kPatchPx; ++y) {
+      for (int x = 20; x < 20 + kPatchPx; ++x) {
+        const auto at = [&](int dx, int dy) { return static_cast<double>(right_.row(y - 2 + dy)[x + 2 + dx]); };
+        const double value = (1.0 - below) * ((1.0 - right) * at(0, 0) + right * at(1, 0)) +
+                             below * ((1.0 - right) * at(0, 1) + right * at(1, 1));
+        total += std::abs(static_cast<double>(left_.row(y)[x]) - value);
+      }
+    }
+    for (const DenseKernels* const kernels : {&dense_kernels(), &baseline_dense_kernels()}) {
+      EXPECT_NEAR(
+          kernels->patch_difference(left_, 20, 15, right_, static_cast<float>(shift.x), static_cast<float>(shift.y)),
+          total / (kPatchPx * kPatchPx), shift.tolerance_grey);
     }
   }
+}
+
+TEST_F(DenseKernelsTest, APlanesScoreCountsWhatLiesOnItLessWhatLiesBeyond) {
+  std::vector<float> u_px;
+  std::vector<float> v_px;
+  std::vector<float> disparity_px;
+  const std::array<float, 3> plane{0.01F, 0.1F, 3.F};
+  int expected = 0;
+  for (int i = 0; i < 19; ++i) {
+    u_px.push_back(static_cast<float>(7 * i));
+    v_px.push_back(static_cast<float>(40 - i));
+    constexpr std::array<float, 4> kOff_px{0.5F, -0.5F, 2.F, -4.F};
+    constexpr std::array<int, 4> kScores{1, 1, 0, -1};
+    const auto kind = static_cast<std::size_t>(i % 4);
+    disparity_px.push_back(plane[0] * u_px.back() + plane[1] * v_px.back() + plane[2] + kOff_px[kind]);
+    expected += kScores[kind];
+  }
   for (const DenseKernels* const kernels : {&dense_kernels(), &baseline_dense_kernels()}) {
-    EXPECT_NEAR(kernels->patch_difference(left_, 20, 15, right_, shift_x, shift_y), total / (kPatchPx * kPatchPx),
-                1e-4);
+    EXPECT_EQ(kernels->plane_score({u_px.data(), v_px.data(), disparity_px.data(), 19}, plane.data(), 1.F), expected);
   }
 }
 

@@ -154,6 +154,29 @@ TEST_F(MovingBoard, ContinuesWithoutItsFeatures) {
   }
 }
 
+TEST(TemporalTest, PlacesChangeWithTheVelocityAsTheirDerivativeSays) {
+  const StereoGeometry geometry = small_rig();
+  test::MovingPicture picture(geometry, kWall_px);
+  Arena arena(1U << 20U);
+  FrameHistory history(geometry.width_px, geometry.height_px, arena);
+  history.push(picture.pair(0, 0).left, {}, 0);
+  history.push(picture.pair(1, kInterval_ns).left, test::turned(0.05, {0.1, 0.0, 0.4}), kInterval_ns);
+  const TemporalTest test(geometry, history);
+  const Eigen::Vector3f velocity(0.5F, -0.2F, 3.F);
+  const PastPlaces places = test.places(velocity, 1);
+  const Eigen::Vector2f place = places.at(90.F, 70.F, 17.6F);
+  const Eigen::Matrix<float, 2, 3> jacobian = places.jacobian(90.F, 70.F, 17.6F, place);
+  constexpr float kStep_mps = 0.1F;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3f step = kStep_mps * Eigen::Vector3f::Unit(axis);
+    const Eigen::Vector2f difference = (test.places(velocity + step, 1).at(90.F, 70.F, 17.6F) -
+                                        test.places(velocity - step, 1).at(90.F, 70.F, 17.6F)) /
+                                       (2.F * kStep_mps);
+    EXPECT_NEAR((jacobian.col(axis) - difference).norm(), 0.F, 0.01F) << axis;
+    EXPECT_GT(difference.norm(), 0.01F) << axis;
+  }
+}
+
 TEST(TemporalTest, TellsWhatMovesFromWhatStands) {
   const StereoGeometry geometry = small_rig();
   test::MovingPicture picture(geometry, kWall_px);
