@@ -1,5 +1,6 @@
 #include "kinetrace/segmentation/auto_segmenter.hpp"
 
+#include <array>
 #include <string>
 #include <utility>
 
@@ -65,17 +66,14 @@ void AutoSegmenter::load(const RectifiedPair& pair, std::span<const Track> track
 }
 
 Result<DetectionFrame> AutoSegmenter::process(const SegmentationInput& input) {
-  Result<DetectionFrame> moving = DetectionFrame{};
-  Result<DetectionFrame> seen = DetectionFrame{};
-  in_pieces(workers_, 2, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t part = begin; part < end; ++part) {
-      if (part == 0) {  // first, as it takes longer
-        moving = motion_->process(input);
-      } else {
-        seen = network_->process(input);
-      }
+  const std::array<Segmenter*, 2> parts{motion_.get(), network_.get()};  // the one that takes longer is begun first
+  std::array<Result<DetectionFrame>, 2> found{DetectionFrame{}, DetectionFrame{}};
+  in_pieces(workers_, parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      found[i] = parts[i]->process(input);
     }
   });
+  auto& [moving, seen] = found;
   if (!seen) {
     return seen;
   }

@@ -75,7 +75,7 @@ int TemporalTest::discriminating_lag(const Eigen::Vector3f& velocity_mps, float 
       return lag;
     }
   }
-  return history_->size() - 1;
+  return std::max(0, history_->size() - 1);
 }
 
 bool TemporalTest::find_patch(const PastPlaces& places, int cx, int cy, float disparity_px,
@@ -138,7 +138,7 @@ int TemporalTest::lag_after(float seconds) const noexcept {
       return lag;
     }
   }
-  return history_->size() - 1;
+  return std::max(0, history_->size() - 1);
 }
 
 float TemporalTest::elapsed_s(int lag) const noexcept {

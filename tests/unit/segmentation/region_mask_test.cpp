@@ -154,6 +154,18 @@ TEST_F(MovingBoard, ContinuesWithoutItsFeatures) {
   }
 }
 
+TEST(TemporalTest, SaysNothingBeforeTheFirstImage) {
+  const StereoGeometry geometry = small_rig();
+  Arena arena(1U << 20U);
+  const FrameHistory history(geometry.width_px, geometry.height_px, arena);
+  const TemporalTest test(geometry, history);
+  const Eigen::Vector3f velocity(1.F, 0.F, 0.F);
+  const int lag = test.discriminating_lag(velocity, 100.F, 90.F, 17.6F);
+  EXPECT_EQ(lag, 0);
+  EXPECT_EQ(test.lag_after(0.1F), 0);
+  EXPECT_EQ(test.cell_nats(test.hypotheses(velocity, lag), 25, 22, 17.6F), 0.F);
+}
+
 TEST(TemporalTest, PlacesChangeWithTheVelocityAsTheirDerivativeSays) {
   const StereoGeometry geometry = small_rig();
   test::MovingPicture picture(geometry, kWall_px);

@@ -51,7 +51,8 @@ class TemporalTest {
   /// Valid until the history changes. Velocities are in the axes of the world of the history's poses.
   TemporalTest(const StereoGeometry& geometry, const FrameHistory& history);
 
-  /// `lag` in [1, history.size()); of others the places mean nothing, and no patch is compared.
+  /// `lag` in [1, history.size()); of 0 and of later ones up to FrameHistory::kFrames - 1 the places mean nothing, and
+  /// no patch is compared.
   [[nodiscard]] PastPlaces places(const Eigen::Vector3f& velocity_mps, int lag) const noexcept;
   [[nodiscard]] PastPlaces places_at_rest(int lag) const noexcept { return places(Eigen::Vector3f::Zero(), lag); }
   [[nodiscard]] Hypotheses hypotheses(const Eigen::Vector3f& velocity_mps, int lag) const noexcept {
